@@ -1,0 +1,46 @@
+"""The folder of everything that can be computed again: compiled kernels and solved motions, keyed by version."""
+
+import os
+import sys
+import tempfile
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+VARIABLE = "TORQUEBENCH_CACHE"
+"""Environment variable that names another place for the cache."""
+
+
+@cache
+def cache_folder(purpose: str) -> Path:
+    """Return a writable folder for one purpose, made if it is missing.
+
+    In order: the variable ``TORQUEBENCH_CACHE``, the user's cache folder, the system's temporary folder.
+
+    Args:
+        purpose: Name of the subfolder.
+    """
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "torquebench"
+    named = os.environ.get(VARIABLE)
+    for root in ((Path(named),) if named else ()) + (home, Path(tempfile.gettempdir()) / f"torquebench-{os.getuid()}"):
+        folder = root / _generation() / purpose
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            return folder
+    return Path(tempfile.mkdtemp(prefix="torquebench-"))
+
+
+def _generation() -> str:
+    """Return what a cache depends on: versions of this package, of Python and of the compiler."""
+    try:
+        package, numba = version("torquebench"), version("numba")
+    except PackageNotFoundError:
+        package, numba = "unknown", "unknown"
+    return f"{package}-python{sys.version_info.major}.{sys.version_info.minor}-numba{numba}"
+
+
+# numba reads the variable when it is imported, so it is set before any module with a kernel can be.
+os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder("kernels")))

@@ -1,0 +1,106 @@
+"""Metrics of logs: pure functions of bare arrays, each with a unit, a direction and a source."""
+
+from .builtin import METRICS
+from .contour import (
+    along_track_error_mean,
+    along_track_error_rms,
+    along_track_series,
+    contour_error_max,
+    contour_error_mean,
+    contour_error_p95,
+    cross_track_error_mean,
+    cross_track_error_rms,
+    cross_track_series,
+)
+from .lag import joint_time_lag, joint_time_lags, lag_free_error, lag_share, time_lag
+from .laps import error_by_lap, orientation_error_by_lap
+from .orientation import (
+    tcp_orientation_error_euler_raw,
+    tcp_orientation_error_euler_wrapped,
+    tcp_orientation_error_last_lap,
+    tcp_orientation_error_max,
+    tcp_orientation_error_mean,
+    tcp_orientation_error_p95,
+    tcp_orientation_error_rms,
+)
+from .polyline import contour_distances
+from .precision import (
+    joint_error_mean,
+    joint_error_norm_series,
+    joint_error_rms,
+    joint_error_rms_by_joint,
+    joint_error_rms_per_joint,
+    tcp_position_error_last_lap,
+    tcp_position_error_max,
+    tcp_position_error_mean,
+    tcp_position_error_p95,
+    tcp_position_error_rms,
+)
+from .registry import CONSTANTS, UNDEFINED, Censored, Metric, Value, metric
+from .saturation import (
+    clip_fraction,
+    clip_fraction_by_joint,
+    clip_impulse,
+    position_limit_margin_min,
+    torque_rate_clip_fraction,
+    velocity_limit_fraction,
+)
+from .smoothness import torque_rate_rms, torque_rate_rms_by_joint, torque_ripple, torque_total_variation
+from .windows import WINDOWS, evaluate, window_rows
+
+__all__ = [
+    "CONSTANTS",
+    "METRICS",
+    "UNDEFINED",
+    "WINDOWS",
+    "Censored",
+    "Metric",
+    "Value",
+    "along_track_error_mean",
+    "along_track_error_rms",
+    "along_track_series",
+    "clip_fraction",
+    "clip_fraction_by_joint",
+    "clip_impulse",
+    "contour_distances",
+    "contour_error_max",
+    "contour_error_mean",
+    "contour_error_p95",
+    "cross_track_error_mean",
+    "cross_track_error_rms",
+    "cross_track_series",
+    "error_by_lap",
+    "evaluate",
+    "joint_error_mean",
+    "joint_error_norm_series",
+    "joint_error_rms",
+    "joint_error_rms_by_joint",
+    "joint_error_rms_per_joint",
+    "joint_time_lag",
+    "joint_time_lags",
+    "lag_free_error",
+    "lag_share",
+    "metric",
+    "orientation_error_by_lap",
+    "position_limit_margin_min",
+    "tcp_orientation_error_euler_raw",
+    "tcp_orientation_error_euler_wrapped",
+    "tcp_orientation_error_last_lap",
+    "tcp_orientation_error_max",
+    "tcp_orientation_error_mean",
+    "tcp_orientation_error_p95",
+    "tcp_orientation_error_rms",
+    "tcp_position_error_last_lap",
+    "tcp_position_error_max",
+    "tcp_position_error_mean",
+    "tcp_position_error_p95",
+    "tcp_position_error_rms",
+    "time_lag",
+    "torque_rate_clip_fraction",
+    "torque_rate_rms",
+    "torque_rate_rms_by_joint",
+    "torque_ripple",
+    "torque_total_variation",
+    "velocity_limit_fraction",
+    "window_rows",
+]

@@ -1,0 +1,14 @@
+"""The metrics that come with the library, collected from their families."""
+
+from . import contour, lag, orientation, precision, saturation, smoothness
+from .registry import Metric
+
+FAMILIES = (precision, orientation, lag, contour, smoothness, saturation)
+
+METRICS: dict[str, Metric[...]] = {
+    found.id: found
+    for family in FAMILIES
+    for found in vars(family).values()
+    if isinstance(found, Metric) and found.function.__module__ == family.__name__
+}
+"""Every built-in metric by id, in the order of tables: family by family, as the files have them."""

@@ -1,0 +1,62 @@
+"""Materials in the container. A material is a function of its mass and the container that returns a rigid body."""
+
+import math
+
+import numpy as np
+
+from ..controllers import InvalidInput
+from .body import Body
+from .container import Container
+
+SAND_DENSITY = 1600.0
+"""Bulk density of loose dry sand [kg/m^3]."""
+
+
+def sand(content_mass: float, container: Container) -> Body:
+    r"""Return sand as a solid cylinder that stands on the container's bottom.
+
+    .. math:: h = \frac{m}{\rho \pi R^2}, \quad z = z_b - \frac{h}{2}, \quad
+        I_{xx} = \frac{m (3 R^2 + h^2)}{12}, \quad I_{zz} = \frac{m R^2}{2}
+
+    Args:
+        content_mass: Mass of the sand [kg].
+        container: What it fills.
+
+    Returns:
+        The sand in the flange frame.
+
+    Raises:
+        InvalidInput: If the mass is not positive or the container does not hold it.
+    """
+    return solid_cylinder("sand", content_mass, container, density=SAND_DENSITY)
+
+
+def solid_cylinder(name: str, content_mass: float, container: Container, *, density: float) -> Body:
+    """Return a rigid content of the container's inner radius that stands on its bottom.
+
+    Args:
+        name: Name of the material, for messages.
+        content_mass: Mass [kg].
+        container: What it fills.
+        density: Density [kg/m^3].
+
+    Returns:
+        The content in the flange frame.
+
+    Raises:
+        InvalidInput: If the mass is not positive or the container does not hold it.
+    """
+    capacity = density * container.volume
+    if not 0 < content_mass <= capacity:
+        raise InvalidInput(
+            f"{content_mass:g} kg of {name} in the container", "load", f"it holds more than 0 and up to {capacity:.3f} kg"
+        )
+    radius = container.inner_radius
+    height = content_mass / (density * math.pi * radius**2)
+    across = content_mass * (3 * radius**2 + height**2) / 12
+    along = content_mass * radius**2 / 2
+    return Body(
+        mass=content_mass,
+        com=np.array([0.0, 0.0, container.bottom_z - height / 2]),
+        inertia=np.diag([across, across, along]),
+    )

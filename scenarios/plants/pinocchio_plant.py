@@ -1,0 +1,13 @@
+"""The plant on Pinocchio alone: the same equations, integrated here; cross-check and stand-in for PyBullet."""
+
+from .plant import Plant
+
+
+class PinocchioPlant(Plant):
+    """Semi-implicit Euler on Pinocchio's accelerations."""
+
+    name = "pinocchio"
+
+    def _integrate(self) -> None:
+        self.dq += self.tier.period * self._ddq
+        self.q += self.tier.period * self.dq

@@ -1,0 +1,55 @@
+"""What one run leaves behind: a row of plain values, and a trace."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+OK, FAILED, REFUSED = "ok", "failed", "refused"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunResult:
+    """One load history of one run specification.
+
+    Attributes:
+        role: ``"run"``, or the name of a twin's load history.
+        status: ``"ok"``, ``"failed"`` or ``"refused"``.
+        cause: Short word for what ended it: ``"nan torque"``, ``"exception"``, ``"divergence"``,
+            ``"limit violation"``, ``"time-out"``, ``"wrong shape"``, ``"crash"``, ``"refused"``; empty if it is ok.
+        reason: One line for a person.
+        failed_at: Time at which it ended early, None otherwise [s].
+        metrics: Window to metric id to value, status, unit and number of samples.
+        laps: Metric id to one value per whole lap.
+        ledger: Where the controller's settings come from.
+        counts: Ticks, clipped ticks by cause and joint, operations.
+        timing: Wall times; they belong to the machine, not to the result.
+        provenance: Plant, payload and whatever was drawn.
+        trace: Arrays by name, None if none is kept.
+    """
+
+    role: str
+    status: str
+    cause: str = ""
+    reason: str = ""
+    failed_at: float | None = None
+    metrics: Mapping[str, Mapping[str, Mapping[str, object]]] = field(default_factory=dict)
+    laps: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    ledger: Sequence[Mapping[str, object]] = ()
+    counts: Mapping[str, object] = field(default_factory=dict)
+    timing: Mapping[str, float] = field(default_factory=dict)
+    provenance: Mapping[str, object] = field(default_factory=dict)
+    trace: Mapping[str, np.ndarray] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scores:
+    """What an ``evaluate`` callable returns for one log.
+
+    Attributes:
+        metrics: Window to metric id to value, status, unit and number of samples.
+        laps: Metric id to one value per whole lap.
+    """
+
+    metrics: Mapping[str, Mapping[str, Mapping[str, object]]]
+    laps: Mapping[str, Sequence[float]] = field(default_factory=dict)

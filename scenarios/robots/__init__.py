@@ -1,0 +1,21 @@
+"""Arms: their description, the URDF texts written from it, and the files that robots come from."""
+
+from .capsules import Capsule
+from .description import Description, Joint, Link, slot_name
+from .robot import Robot
+from .robot_file import load_robot, read_robot, rizon4s
+from .urdf import parse_urdf, read_urdf
+
+__all__ = [
+    "Capsule",
+    "Description",
+    "Joint",
+    "Link",
+    "Robot",
+    "load_robot",
+    "parse_urdf",
+    "read_robot",
+    "read_urdf",
+    "rizon4s",
+    "slot_name",
+]

@@ -1,0 +1,134 @@
+"""What one run is, as data: frozen, canonical JSON, addressed by its hash."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..controllers import InvalidInput
+from .loads import LoadSchedule, Payload
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSpecification:
+    """One controller on one motion with one load history.
+
+    Attributes:
+        controller: Name or door of the controller.
+        settings: Its keyword arguments, JSON-serialisable.
+        knowledge: Name of the knowledge level.
+        trajectory: Name or door of the trajectory.
+        schedule: The load history.
+        twins: Whether the same run with other load histories belongs to it, see :func:`twin_schedules`.
+        robot: Name or file of the robot.
+        tool: Name of the tool point, empty for the robot's first.
+        plant: Name of the plant.
+        tier: Name of the tier.
+        laps: Whole laps after the lead-in.
+        lead_in: Duration of the start from rest [s].
+        latency: Ticks by which every command is late, before the limiter.
+        campaign: Seed of the campaign.
+        repetition: Number of the repetition, from 0.
+    """
+
+    controller: str
+    trajectory: str
+    schedule: LoadSchedule
+    robot: str
+    plant: str
+    tier: str
+    settings: Mapping[str, object] = field(default_factory=dict)
+    knowledge: str = "none"
+    twins: bool = False
+    tool: str = ""
+    laps: int = 3
+    lead_in: float = 1.0
+    latency: int = 0
+    campaign: int = 1
+    repetition: int = 0
+
+    def __post_init__(self) -> None:
+        """Check what needs neither robot nor plug-in."""
+        for name, value, least in (("laps", self.laps, 1), ("latency", self.latency, 0), ("repetition", self.repetition, 0)):
+            if value < least:
+                raise InvalidInput(f"{name} = {value}", "run", f"at least {least}")
+        if not 0.0 <= self.lead_in < 60.0:
+            raise InvalidInput(f"lead_in = {self.lead_in:g} s", "run", "between 0 and 60 s")
+
+    @property
+    def label(self) -> str:
+        """The controller as tables call it: what follows the colon of a door, then its knowledge level."""
+        return f"{self.controller.rpartition(':')[2]} / {self.knowledge}"
+
+    def as_json(self) -> str:
+        """Return the canonical text: sorted keys, shortest floats that read back to the same bits."""
+        table = {
+            "schema": SCHEMA,
+            "controller": self.controller,
+            "settings": dict(self.settings),
+            "knowledge": self.knowledge,
+            "trajectory": self.trajectory,
+            "schedule": [[time, load.mass, load.material] for time, load in self.schedule.entries],
+            "twins": self.twins,
+            "robot": self.robot,
+            "tool": self.tool,
+            "plant": self.plant,
+            "tier": self.tier,
+            "laps": self.laps,
+            "lead_in": self.lead_in,
+            "latency": self.latency,
+            "campaign": self.campaign,
+            "repetition": self.repetition,
+        }
+        return canonical_json(table)
+
+    @classmethod
+    def from_json(cls, text: str) -> "RunSpecification":
+        """Return the specification of a canonical text."""
+        table = json.loads(text)
+        del table["schema"]
+        entries = tuple((time, Payload(mass=mass, material=material)) for time, mass, material in table.pop("schedule"))
+        return cls(schedule=LoadSchedule(entries=entries), **table)
+
+    def address(self, digest: str) -> str:
+        """Return the SHA-256 of the specification together with the digest of code and data that it uses."""
+        return hashlib.sha256(f"{self.as_json()}\n{digest}".encode()).hexdigest()
+
+
+def canonical_json(value: object) -> str:
+    """Return JSON with sorted keys, no spaces and no NaN.
+
+    Raises:
+        InvalidInput: If a value is not JSON-serialisable.
+    """
+    try:
+        return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    except (TypeError, ValueError) as cause:
+        raise InvalidInput(f"not JSON-serialisable ({cause})", "run", "settings are plain values") from cause
+
+
+def twin_schedules(schedule: LoadSchedule) -> dict[str, LoadSchedule]:
+    """Return the load histories that an event is judged against, by name.
+
+    For each event the old load that stays, and the new load from the start; equal histories appear once.
+
+    Args:
+        schedule: The history with its events.
+    """
+    found: dict[LoadSchedule, str] = {}
+    for event in range(1, len(schedule.entries)):
+        stays = LoadSchedule(entries=schedule.entries[:event])
+        found.setdefault(stays, f"{_load_name(stays.entries[-1][1])} stays" if event > 1 else _constant_name(stays))
+        constant = LoadSchedule.constant(schedule.entries[event][1])
+        found.setdefault(constant, _constant_name(constant))
+    return {name: history for history, name in found.items()}
+
+
+def _constant_name(schedule: LoadSchedule) -> str:
+    return f"constant {_load_name(schedule.entries[0][1])}"
+
+
+def _load_name(load: Payload) -> str:
+    return f"{load.mass:g} kg" if load.material == "none" else f"{load.mass:g} kg {load.material}"

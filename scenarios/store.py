@@ -1,0 +1,306 @@
+"""The run store: one folder with a SQLite file of rows and a content-addressed folder of traces.
+
+A run and its twins are written in one transaction, after their traces are in place, so a kill at any moment loses
+only runs in flight.
+"""
+
+import fcntl
+import hashlib
+import io
+import json
+import os
+import sqlite3
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from ..controllers import InvalidInput
+from .result import OK, REFUSED, RunResult
+from .specification import RunSpecification
+
+SCHEMA = 1
+APPLICATION_ID = 0x74627263
+"""Marks a SQLite file as a run store: the letters tbrc."""
+DATABASE, TRACES, LOCK = "runs.sqlite", "traces", "lock"
+
+_TABLES = """
+CREATE TABLE runs (
+    address TEXT NOT NULL, role TEXT NOT NULL, specification TEXT NOT NULL, status TEXT NOT NULL,
+    cause TEXT NOT NULL, reason TEXT NOT NULL, failed_at REAL, metrics TEXT NOT NULL, laps TEXT NOT NULL,
+    ledger TEXT NOT NULL, counts TEXT NOT NULL, timing TEXT NOT NULL, provenance TEXT NOT NULL, trace TEXT NOT NULL,
+    PRIMARY KEY (address, role)
+);
+CREATE TABLE campaigns (id INTEGER PRIMARY KEY, started TEXT NOT NULL, record TEXT NOT NULL);
+"""
+_JSON_FIELDS = ("metrics", "laps", "ledger", "counts", "timing", "provenance")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredRun:
+    """A row of the store.
+
+    Attributes:
+        address: SHA-256 of the specification and of what it used.
+        specification: The run.
+        result: What it left behind, without its trace.
+        trace: Address of its trace, empty if none was kept.
+    """
+
+    address: str
+    specification: RunSpecification
+    result: RunResult
+    trace: str
+
+
+class Store:
+    """A run store that is open."""
+
+    def __init__(self, folder: Path, connection: sqlite3.Connection, lock: IO[str] | None) -> None:
+        self.folder, self._connection, self._lock = folder, connection, lock
+
+    @classmethod
+    def read(cls, folder: Path) -> "Store":
+        """Open a store that exists, for reading.
+
+        Raises:
+            InvalidInput: If the folder holds no store, a damaged one, or one of a newer schema.
+        """
+        folder = Path(folder)
+        if not (folder / DATABASE).is_file():
+            raise InvalidInput("holds no run store", str(folder), "name the --out folder of a campaign")
+        return cls(folder, _connect(folder, writable=False), None)
+
+    @classmethod
+    def write(cls, folder: Path) -> "Store":
+        """Open or create a store for one campaign; it stays locked until it is closed.
+
+        Raises:
+            InvalidInput: If the folder is foreign, not writable, of a newer schema, or in use.
+        """
+        folder = Path(folder)
+        _claim(folder)
+        lock = _lock(folder)
+        try:
+            return cls(folder, _connect(folder, writable=True), lock)
+        except BaseException:
+            lock.close()
+            raise
+
+    def close(self) -> None:
+        """Close the database and give up the lock."""
+        self._connection.close()
+        if self._lock is not None:
+            self._lock.close()
+
+    def __enter__(self) -> "Store":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def statuses(self) -> dict[str, str]:
+        """Return the worst status of every address: ``ok`` and ``refused`` are final, ``failed`` may be tried again."""
+        found: dict[str, str] = {}
+        for address, status in self._connection.execute("SELECT address, status FROM runs"):
+            worse = address not in found or found[address] in (OK, REFUSED)
+            found[address] = status if worse else found[address]
+        return found
+
+    def put(self, address: str, specification: RunSpecification, results: Sequence[RunResult]) -> None:
+        """Write a run and its twins in one transaction; earlier rows of the address are replaced.
+
+        Raises:
+            InvalidInput: If the disk is full or the folder is gone; nothing of the run is stored then.
+        """
+        with _storage_errors(self.folder):
+            rows = [_row(address, specification, result, self._keep_trace(result)) for result in results]
+            with self._connection:
+                self._connection.execute("DELETE FROM runs WHERE address = ?", (address,))
+                marks = ", ".join("?" * len(rows[0]))
+                self._connection.executemany(f"INSERT INTO runs VALUES ({marks})", rows)
+
+    def put_campaign(self, started: str, record: Mapping[str, object]) -> None:
+        """Note a campaign: benchmark, versions, machine, gate."""
+        with _storage_errors(self.folder), self._connection:
+            text = json.dumps(record, sort_keys=True)
+            self._connection.execute("INSERT INTO campaigns (started, record) VALUES (?, ?)", (started, text))
+
+    def campaigns(self) -> list[dict[str, object]]:
+        """Return the records of all campaigns that wrote here, oldest first."""
+        rows = self._connection.execute("SELECT started, record FROM campaigns ORDER BY id")
+        return [{"started": started, **json.loads(record)} for started, record in rows]
+
+    def runs(self) -> list[StoredRun]:
+        """Return all rows, ordered by address and role."""
+        with _storage_errors(self.folder):
+            rows = self._connection.execute("SELECT * FROM runs ORDER BY address, role").fetchall()
+        return [_stored(row) for row in rows]
+
+    def trace(self, address: str) -> dict[str, np.ndarray]:
+        """Return the arrays of a trace.
+
+        Raises:
+            InvalidInput: If the trace is missing or damaged.
+        """
+        file = self._trace_file(address)
+        try:
+            data = file.read_bytes()
+        except OSError as cause:
+            raise InvalidInput("trace is missing", str(file), "run it again with --traces plot") from cause
+        if hashlib.sha256(data).hexdigest() != address:
+            raise InvalidInput("trace is damaged", str(file), "delete it and run again")
+        with np.load(io.BytesIO(data)) as archive:
+            return dict(archive)
+
+    def merge(self, other: "Store") -> int:
+        """Take all rows and traces of another store whose addresses are not finished here.
+
+        Returns:
+            Number of addresses taken.
+        """
+        finished = {address for address, status in self.statuses().items() if status in (OK, REFUSED)}
+        grouped: dict[str, list[StoredRun]] = {}
+        for run in other.runs():
+            if run.address not in finished:
+                grouped.setdefault(run.address, []).append(run)
+        for address, runs in grouped.items():
+            for run in runs:
+                if run.trace:
+                    self._keep_bytes(run.trace, other._trace_file(run.trace).read_bytes())
+            rows = [_row(address, run.specification, run.result, run.trace) for run in runs]
+            with _storage_errors(self.folder), self._connection:
+                self._connection.execute("DELETE FROM runs WHERE address = ?", (address,))
+                self._connection.executemany(f"INSERT INTO runs VALUES ({', '.join('?' * len(rows[0]))})", rows)
+        known = [json.dumps(record, sort_keys=True) for record in self.campaigns()]
+        for record in other.campaigns():
+            if json.dumps(record, sort_keys=True) not in known:
+                started = str(record.pop("started"))
+                self.put_campaign(started, record)
+        return len(grouped)
+
+    def _trace_file(self, address: str) -> Path:
+        return self.folder / TRACES / address[:2] / f"{address}.npz"
+
+    def _keep_trace(self, result: RunResult) -> str:
+        """Write a trace under the hash of its bytes and return it, empty if there is none."""
+        if result.trace is None:
+            return ""
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **{name: np.asarray(array) for name, array in result.trace.items()})  # type: ignore[arg-type]
+        data = buffer.getvalue()
+        address = hashlib.sha256(data).hexdigest()
+        self._keep_bytes(address, data)
+        return address
+
+    def _keep_bytes(self, address: str, data: bytes) -> None:
+        file = self._trace_file(address)
+        if file.is_file() and file.stat().st_size == len(data):
+            return
+        file.parent.mkdir(parents=True, exist_ok=True)
+        descriptor, temporary = tempfile.mkstemp(dir=file.parent, suffix=".tmp")
+        try:
+            with os.fdopen(descriptor, "wb") as stream:
+                stream.write(data)
+                stream.flush()
+                os.fsync(stream.fileno())
+            os.replace(temporary, file)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+
+
+def _claim(folder: Path) -> None:
+    """Make the folder, or check that it is a store or empty."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as cause:
+        raise InvalidInput("is a file", str(folder), "name a folder with --out") from cause
+    except OSError as cause:
+        raise InvalidInput(f"cannot be made ({cause.strerror})", str(folder), "name another folder with --out") from cause
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InvalidInput("is not writable", str(folder), "name another folder with --out")
+    foreign = [entry.name for entry in folder.iterdir() if entry.name not in (LOCK,)]
+    if foreign and not (folder / DATABASE).is_file():
+        valid = "name an empty or new folder with --out"
+        raise InvalidInput(f"holds other files ({sorted(foreign)[0]}) and no run store", str(folder), valid)
+
+
+def _lock(folder: Path) -> IO[str]:
+    try:
+        file = open(folder / LOCK, "a", encoding="utf-8")
+    except OSError as cause:
+        raise InvalidInput(f"is not writable ({cause.strerror})", str(folder), "name another folder with --out") from cause
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as cause:
+        file.close()
+        raise InvalidInput("is in use by another campaign", str(folder), "wait for it or name another --out") from cause
+    return file
+
+
+def _connect(folder: Path, *, writable: bool) -> sqlite3.Connection:
+    """Open the database and check that it is one of ours and not newer."""
+    file = folder / DATABASE
+    fresh = not file.exists()
+    try:
+        mode = "rwc" if writable else "ro"
+        connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode={mode}", uri=True, timeout=30.0)
+        if fresh:
+            with connection:
+                connection.executescript(
+                    f"BEGIN; PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA}; {_TABLES} COMMIT;"
+                )
+        application = connection.execute("PRAGMA application_id").fetchone()[0]
+        schema = connection.execute("PRAGMA user_version").fetchone()[0]
+    except sqlite3.Error as cause:
+        raise InvalidInput(f"cannot be read ({cause})", str(file), "name another folder with --out") from cause
+    if application != APPLICATION_ID:
+        connection.close()
+        raise InvalidInput("is not a run store", str(file), "name another folder with --out")
+    if schema > SCHEMA:
+        connection.close()
+        raise InvalidInput(f"has schema {schema}, this version reads up to {SCHEMA}", str(file), "update torquebench")
+    return connection
+
+
+@contextmanager
+def _storage_errors(folder: Path) -> Iterator[None]:
+    """Turn what disk and database report into one line."""
+    try:
+        yield
+    except (OSError, sqlite3.Error) as cause:
+        raise InvalidInput(f"cannot be used ({cause})", str(folder), "finished runs are kept") from cause
+
+
+def _row(address: str, specification: RunSpecification, result: RunResult, trace: str) -> tuple[object, ...]:
+    texts = (_text(getattr(result, name)) for name in _JSON_FIELDS)
+    fixed = (address, result.role, specification.as_json(), result.status, result.cause, result.reason, result.failed_at)
+    return (*fixed, *texts, trace)
+
+
+def _text(value: object) -> str:
+    # NaN is a value of a metric; json writes and reads it.
+    return json.dumps(value, sort_keys=True)
+
+
+def _stored(row: Sequence[object]) -> StoredRun:
+    address, role, specification, status, cause, reason, failed_at, *texts = row
+    values = {name: json.loads(str(text)) for name, text in zip(_JSON_FIELDS, texts[:-1], strict=True)}
+    return StoredRun(
+        address=str(address),
+        specification=RunSpecification.from_json(str(specification)),
+        result=RunResult(
+            role=str(role),
+            status=str(status),
+            cause=str(cause),
+            reason=str(reason),
+            failed_at=failed_at,  # type: ignore[arg-type]
+            **values,
+        ),
+        trace=str(texts[-1]),
+    )

@@ -1,0 +1,150 @@
+"""Tiers: how much of a real drive and of real sensors stands between a command and the arm."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..controllers import Actuation, UnknownName
+from .validation import Number, Numbers, Record
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tier:
+    """The constants of one tier for one robot.
+
+    Attributes:
+        name: Name of the tier.
+        period: Control period [s].
+        rotor_inertia: Apparent rotor inertia, shape (n,) [kg m^2].
+        delay_ticks: Ticks between command and torque.
+        torque_lag: Time constant of the torque loop, 0 without [s].
+        torque_rate: Torque rate limits, shape (n,), infinite without [N m/s].
+        coulomb: Coulomb friction, shape (n,) [N m].
+        viscous: Viscous friction, shape (n,) [N m s/rad].
+        coulomb_velocity: Velocity at which Coulomb friction is fully there [rad/s].
+        encoder_quantum: Resolution of the position sensor, 0 for exact sensors [rad].
+        velocity_filter_hz: Corner of the velocity filter, None for exact velocity [Hz].
+        wrench_noise: Standard deviation of the force and torque noise, shape (6,) [N, N m].
+        wrench_bias: Standard deviation of the bias, drawn once a run, shape (6,) [N, N m].
+        wrench_filter_hz: Corner of the force and torque filter, None without [Hz].
+    """
+
+    name: str
+    period: float
+    rotor_inertia: np.ndarray
+    delay_ticks: int
+    torque_lag: float
+    torque_rate: np.ndarray
+    coulomb: np.ndarray
+    viscous: np.ndarray
+    coulomb_velocity: float
+    encoder_quantum: float
+    velocity_filter_hz: float | None
+    wrench_noise: np.ndarray
+    wrench_bias: np.ndarray
+    wrench_filter_hz: float | None
+
+    def actuation(self, effort: np.ndarray) -> Actuation:
+        """Return the tier's published facts for controllers.
+
+        Args:
+            effort: Torque limits of the arm, shape (n,) [N m].
+        """
+        limited = bool(np.isfinite(self.torque_rate).any())
+        return Actuation(
+            tier=self.name,
+            delay_ticks=self.delay_ticks,
+            torque_lag=self.torque_lag,
+            velocity_filter_hz=self.velocity_filter_hz,
+            effort=effort.copy(),
+            torque_rate=self.torque_rate.copy() if limited else None,
+            rotor_inertia=self.rotor_inertia.copy(),
+        )
+
+
+class TierTable(Record):
+    """The constants of a tier in a robot's file; what is left out is absent in the tier."""
+
+    armature_scale: Number = 1.0
+    delay_ticks: int = 0
+    torque_loop_time_constant: Number = 0.0
+    torque_rate_limit: Numbers = ()
+    coulomb: Numbers = ()
+    viscous: Numbers = ()
+    coulomb_velocity_scale: Number = 1.0
+    encoder_bits: int = 0
+    velocity_filter_hz: Number = 0.0
+    ft_noise_sigma: Numbers = ()
+    ft_bias_sigma: Numbers = ()
+    ft_filter_hz: Number = 0.0
+
+
+def default_tiers(effort: np.ndarray) -> dict[str, dict[str, object]]:
+    """Return tiers for an arm whose file gives none: drives scaled to its torque limits.
+
+    The shares are those of the Rizon 4s: 130 times the limit in a second, friction of 0.6 percent of it.
+
+    Args:
+        effort: Torque limits, shape (n,) [N m].
+    """
+    friction = tuple(0.006 * effort)
+    actuated: dict[str, object] = {
+        "delay_ticks": 1,
+        "torque_loop_time_constant": 0.0015,
+        "torque_rate_limit": tuple(130.0 * effort),
+        "coulomb": friction,
+        "viscous": friction,
+        "coulomb_velocity_scale": 0.02,
+        "encoder_bits": 20,
+        "velocity_filter_hz": 150.0,
+        "ft_noise_sigma": (0.1, 0.1, 0.1, 0.005, 0.005, 0.005),
+        "ft_bias_sigma": (0.5, 0.5, 0.5, 0.02, 0.02, 0.02),
+        "ft_filter_hz": 100.0,
+    }
+    tight = actuated | {"torque_rate_limit": tuple(32.5 * effort)}
+    return {"ideal": {}, "actuated": actuated, "tight_rate": tight, "paper_bullet": {"armature_scale": 0.0}}
+
+
+def build_tier(name: str, constants: Mapping[str, Mapping[str, object]], rotor_inertia: np.ndarray) -> Tier:
+    """Make a tier from a robot's table of constants.
+
+    Args:
+        name: Name of the tier.
+        constants: The robot's tiers, names to constants as in its data file.
+        rotor_inertia: Full rotor inertia of the robot, shape (n,) [kg m^2]; the tier scales it.
+
+    Raises:
+        UnknownName: If the robot has no such tier.
+    """
+    if name not in constants:
+        raise UnknownName("tier", name, tuple(constants))
+    table = constants[name]
+    n = rotor_inertia.shape[0]
+
+    def row(key: str, default: float, size: int = n) -> np.ndarray:
+        return np.broadcast_to(np.asarray(table.get(key, default), dtype=float), size).copy()
+
+    def number(key: str, default: float = 0.0) -> float:
+        return float(table.get(key, default))  # type: ignore[arg-type]
+
+    def optional(key: str) -> float | None:
+        return number(key) if key in table else None
+
+    bits = optional("encoder_bits")
+    return Tier(
+        name=name,
+        period=number("dt", 1e-3),
+        rotor_inertia=number("armature_scale", 1.0) * rotor_inertia,
+        delay_ticks=int(number("delay_ticks")),
+        torque_lag=number("torque_loop_time_constant"),
+        torque_rate=row("torque_rate_limit", np.inf),
+        coulomb=row("coulomb", 0.0),
+        viscous=row("viscous", 0.0),
+        coulomb_velocity=number("coulomb_velocity_scale", 1.0),
+        encoder_quantum=0.0 if bits is None else 2.0 * np.pi / 2.0**bits,
+        velocity_filter_hz=optional("velocity_filter_hz"),
+        wrench_noise=row("ft_noise_sigma", 0.0, 6),
+        wrench_bias=row("ft_bias_sigma", 0.0, 6),
+        wrench_filter_hz=optional("ft_filter_hz"),
+    )
