@@ -22,7 +22,9 @@ PUBLISHED: dict[str, tuple[object, str]] = {
 """Settings with a published value, and where it stands; any other value is chosen."""
 
 CHOSEN: dict[str, str] = {
-    "angular_stiffness": "1500 N m/rad is one public configuration; the maker's figures disagree [N m/rad]",
+    "linear_stiffness": "the nominal of the Rizon 4 is 10000 [N/m]",
+    "angular_stiffness": "1500 stands in one public configuration; the maker's figures disagree [N m/rad]",
+    "damping_ratio": "the RDK's default is 0.7, its range 0.3 to 0.8",
     "damping_design": "with the model's apparent inertia; the double diagonalisation floors frequencies at 8 rad/s",
     "velocity_feedforward": "the interface accepts it",
     "acceleration_feedforward": "the interface accepts it",
@@ -31,7 +33,7 @@ CHOSEN: dict[str, str] = {
     "force_limit": "per axis of the spring's force, so that the damping survives; None is no limit [N]",
     "moment_limit": "per axis of the spring's moment; None is no limit [N m]",
 }
-"""Why the other settings are as they are."""
+"""What there is to say of the other values."""
 
 
 @dataclass(kw_only=True)

@@ -17,7 +17,7 @@ class ComputedTorqueFeedforward(Controller):
     .. math:: \tau = M(q_d) \ddot q_d + h(q_d, \dot q_d) + I (k_p e + k_d \dot e), \quad e = q_d - q
 
     I is diagonal: the smallest effective inertia of each joint along the plan, so that the diagonal gains suit the
-    coupled arm. Measured positions and velocities enter the PD part only.
+    coupled arm; with the payload that is known at reset. Measured positions and velocities enter the PD part only.
     Source: Siciliano et al., Robotics (2009), section 8.4.
 
     Attributes:

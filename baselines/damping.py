@@ -125,6 +125,7 @@ def double_diagonalised_damping(
 
 
 Design = Callable[[np.ndarray, np.ndarray, float, np.ndarray, np.ndarray], None]
+"""Takes mobility, stiffness and ratio; fills damping and inertia."""
 
 DAMPING_DESIGNS: dict[str, Design] = {
     "square_root": square_root_damping,

@@ -1,6 +1,7 @@
 """The contract between controllers and the harness."""
 
 from .cache import cache_folder
+from .conformance import Finding, check_controller
 from .controller import Controller, DesignInertia, build_controller, check_inertia, hook, knowledge_levels
 from .errors import InvalidInput, PlugInFailure, Refusal, TorquebenchError, UnknownName
 from .knowledge import KnowledgeProvider, NoKnowledge, Oracle, PayloadTruth
@@ -14,6 +15,7 @@ __all__ = [
     "Actuation",
     "Controller",
     "DesignInertia",
+    "Finding",
     "InvalidInput",
     "KnowledgeProvider",
     "LedgerEntry",
@@ -33,6 +35,7 @@ __all__ = [
     "UnknownName",
     "build_controller",
     "cache_folder",
+    "check_controller",
     "check_inertia",
     "hook",
     "knowledge_levels",

@@ -1,5 +1,6 @@
 """The folder of everything that can be computed again: compiled kernels and solved motions, keyed by version."""
 
+import hashlib
 import os
 import sys
 import tempfile
@@ -9,6 +10,8 @@ from pathlib import Path
 
 VARIABLE = "TORQUEBENCH_CACHE"
 """Environment variable that names another place for the cache."""
+
+KERNEL_ROOMS = ("controllers", "baselines", "scenarios")
 
 
 @cache
@@ -42,5 +45,17 @@ def _generation() -> str:
     return f"{package}-python{sys.version_info.major}.{sys.version_info.minor}-numba{numba}"
 
 
+def _kernel_digest() -> str:
+    """Return a short hash of all files with kernels: numba does not see a change in a file that another calls."""
+    digest = hashlib.sha256()
+    root = Path(__file__).resolve().parents[1]
+    for room in KERNEL_ROOMS:
+        for file in sorted((root / room).rglob("*.py")):
+            source = file.read_bytes()
+            if b"njit" in source:
+                digest.update(source)
+    return digest.hexdigest()[:12]
+
+
 # numba reads the variable when it is imported, so it is set before any module with a kernel can be.
-os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder("kernels")))
+os.environ.setdefault("NUMBA_CACHE_DIR", str(cache_folder(f"kernels-{_kernel_digest()}")))

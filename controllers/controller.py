@@ -1,5 +1,7 @@
 """The contract: any object with ``reset`` and ``compute`` is a controller."""
 
+import difflib
+import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .errors import InvalidInput, Refusal
+from .errors import InvalidInput, Refusal, TorquebenchError
 from .ledger import LedgerEntry
 from .observation import Observation
 from .target import Target
@@ -72,7 +74,7 @@ class Controller(ABC):
         """Return, after reset, the inertia that the law was designed with, if it was."""
         return None
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 - most controllers hold nothing
         """Release what ``reset`` acquired."""
 
 
@@ -115,10 +117,15 @@ def build_controller(factory: object, settings: Mapping[str, object], *, name: s
         raise InvalidInput("settings for an object that is built already", f"controller {name!r}", "pass its class")
     if not is_instance and not callable(factory):
         raise InvalidInput("is neither a class nor a controller", f"controller {name!r}", "needs reset and compute")
+    if not is_instance:
+        _check_settings(factory, settings, name)
     try:
         controller = factory if is_instance else factory(**settings)  # type: ignore[operator]
-    except TypeError as error:
-        raise InvalidInput(str(error), f"controller {name!r}", f"settings: {_setting_names(factory)}") from error
+    except TorquebenchError:
+        raise
+    except Exception as error:
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InvalidInput(what, f"controller {name!r}", f"settings: {_listed(_settings_of(factory))}") from error
     for method in ("reset", "compute"):
         if not callable(getattr(controller, method, None)):
             raise InvalidInput(f"has no method {method!r}", f"controller {name!r}", "needs reset and compute")
@@ -143,17 +150,32 @@ def check_inertia(design: DesignInertia | None, plant_mass_matrix: np.ndarray, p
         return
     ratio = float(np.max(np.linalg.eigvals(np.linalg.solve(plant_mass_matrix, design.mass_matrix)).real))
     figure = ratio * design.damping * period
-    if figure > 1.0:
+    if not figure <= 1.0:
         raise Refusal(
             f"designed with up to {ratio:.3g} times the plant's inertia: damping x ratio x period = {figure:.3g}, "
             "stable below about 1"
         )
 
 
-def _setting_names(factory: object) -> str:
-    import inspect
+def _check_settings(factory: object, settings: Mapping[str, object], name: str) -> None:
+    """Refuse a setting that a factory does not take, and name the nearest."""
+    known = _settings_of(factory)
+    for setting in settings:
+        if known is not None and setting not in known:
+            nearest = difflib.get_close_matches(setting, known, n=1)
+            valid = f"did you mean {nearest[0]!r}?" if nearest else f"settings: {_listed(known)}"
+            raise InvalidInput(f"unknown setting {setting!r}", f"controller {name!r}", valid)
 
+
+def _settings_of(factory: object) -> tuple[str, ...] | None:
+    """Return the names of a factory's settings, None if it takes any or does not say."""
     try:
-        return ", ".join(inspect.signature(factory).parameters) or "none"  # type: ignore[arg-type]
+        parameters = inspect.signature(factory).parameters  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        return "unknown"
+        return None
+    takes_any = any(parameter.kind is inspect.Parameter.VAR_KEYWORD for parameter in parameters.values())
+    return None if takes_any else tuple(parameters)
+
+
+def _listed(names: tuple[str, ...] | None) -> str:
+    return "unknown" if names is None else ", ".join(names) or "none"

@@ -41,14 +41,15 @@ def registered(kind: str) -> dict[str, EntryPoint]:
         other = found.setdefault(point.name, point)
         if other.value != point.value:
             raise InvalidInput(
-                f"two distributions register the {SINGULAR[kind]} {point.name!r}: {_origin(other)} and {_origin(point)}",
+                f"two distributions register the {SINGULAR[kind]} {point.name!r}: "
+                f"{_origin(other)} and {_origin(point)}",
                 valid="uninstall one of them",
             )
     return found
 
 
 def names(kind: str) -> tuple[str, ...]:
-    """Return the registered names of one kind in the order of registration."""
+    """Return the registered names of one kind."""
     return tuple(registered(kind))
 
 
@@ -73,7 +74,7 @@ def load(kind: str, name: object) -> object:
         raise UnknownName(SINGULAR[kind], name, tuple(known))
     try:
         return known[name].load()
-    except Exception as cause:
+    except (Exception, SystemExit) as cause:
         raise PlugInFailure(SINGULAR[kind], name, _origin(known[name]), cause) from cause
 
 
@@ -86,7 +87,7 @@ def source_digest(kind: str, name: object) -> str:
         name = point.value
     if isinstance(name, str):
         module, _, _ = name.rpartition(":")
-        origin = module if module.endswith(".py") else getattr(importlib.util.find_spec(module), "origin", None)
+        origin = module if module.endswith(".py") else _module_file(module)
     else:
         owner = name if isinstance(name, type) else type(name)
         origin = getattr(sys.modules.get(owner.__module__), "__file__", None)
@@ -100,7 +101,7 @@ def _from_path(kind: str, name: str) -> object:
         raise InvalidInput(f"no such file {where!r}", f"{SINGULAR[kind]} {name!r}", "expected ./file.py:Name")
     try:
         module = _import_file(Path(where)) if where.endswith(".py") else importlib.import_module(where)
-    except Exception as cause:
+    except (Exception, SystemExit) as cause:
         raise PlugInFailure(SINGULAR[kind], name, where, cause) from cause
     found: object = module
     for part in attribute.split("."):
@@ -125,6 +126,14 @@ def _import_file(path: Path) -> ModuleType:
         del sys.modules[unique]
         raise
     return module
+
+
+def _module_file(module: str) -> str | None:
+    """Return where a module's source stands, None if it cannot be found: loading it will say why."""
+    try:
+        return getattr(importlib.util.find_spec(module), "origin", None)
+    except (ImportError, ValueError):
+        return None
 
 
 def _public_names(names: Iterable[str]) -> tuple[str, ...]:

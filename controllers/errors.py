@@ -43,7 +43,8 @@ class PlugInFailure(TorquebenchError):
 
     def __init__(self, kind: str, name: str, origin: str, cause: BaseException) -> None:
         self.kind, self.name, self.origin, self.cause = kind, name, origin, cause
-        super().__init__(f"{kind} {name!r} ({origin}) could not be loaded: {type(cause).__name__}: {cause}")
+        reason = " ".join(f"{type(cause).__name__}: {cause}".split())
+        super().__init__(f"{kind} {name!r} ({origin}) could not be loaded: {reason}")
 
 
 class Refusal(TorquebenchError):

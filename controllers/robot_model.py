@@ -152,12 +152,13 @@ class RobotModel:
             Torque, shape (n,) [N m]; the model's own buffer, valid until the next call.
         """
         pin.rnea(self.model, self.data, q, dq, ddq)
-        return np.subtract(self._tau, self._disturbance, out=self._torque)
+        np.subtract(self._tau, self._disturbance, out=self._torque)
+        return self._torque
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Return the gravity torque less the disturbance, shape (n,) [N m]; a new array."""
         pin.computeGeneralizedGravity(self.model, self.data, q)
-        return np.subtract(self._gravity, self._disturbance)
+        return np.array(self._gravity - self._disturbance)
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Return the mass matrix with rotor inertia and payload, shape (n, n) [kg m^2]; a new array."""

@@ -1,0 +1,44 @@
+"""Evaluation: metrics of logs, statistics, and comparisons of controllers."""
+
+from .comparison import Comparison, compare, compare_all, decide
+from .errors import (
+    AmbiguousRuns,
+    EmptyWindow,
+    EvaluationError,
+    NothingToCompare,
+    TooFewUnits,
+    UnequalLengths,
+    UnknownMetric,
+    UnknownWindow,
+)
+from .intervals import Interval, ShapeRange
+from .metrics import METRICS, Metric, Value, error_by_lap, evaluate, metric, orientation_error_by_lap
+from .rows import RunRow
+from .summary import Summary, summary
+
+__all__ = [
+    "METRICS",
+    "AmbiguousRuns",
+    "Comparison",
+    "EmptyWindow",
+    "EvaluationError",
+    "Interval",
+    "Metric",
+    "NothingToCompare",
+    "RunRow",
+    "ShapeRange",
+    "Summary",
+    "TooFewUnits",
+    "UnequalLengths",
+    "UnknownMetric",
+    "UnknownWindow",
+    "Value",
+    "compare",
+    "compare_all",
+    "decide",
+    "error_by_lap",
+    "evaluate",
+    "metric",
+    "orientation_error_by_lap",
+    "summary",
+]

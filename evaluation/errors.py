@@ -90,7 +90,9 @@ class AmbiguousRuns(EvaluationError, ValueError):
 
     def __init__(self, controller: str, key: tuple[object, ...]) -> None:
         self.controller, self.key = controller, key
-        super().__init__(f"{controller} has more than one run for {key}; compare one plant, tier and set of laps at a time")
+        super().__init__(
+            f"{controller} has more than one run for {key}; compare one plant, tier and set of laps at a time"
+        )
 
 
 class NothingToCompare(EvaluationError, ValueError):

@@ -1,0 +1,1 @@
+"""The world of a comparison: arms, loads, plants, motions, one run, a campaign and its store."""

@@ -54,9 +54,7 @@ def rpy_from_rotation(rotation: np.ndarray) -> np.ndarray:
     pitch = np.arctan2(-rotation[2, 0], np.hypot(rotation[0, 0], rotation[1, 0]))
     # Roll is read after yaw is taken out: exact at a pitch of 90 degrees too, where yaw alone has no meaning.
     sine, cosine = np.sin(yaw), np.cos(yaw)
-    roll = np.arctan2(
-        sine * rotation[0, 2] - cosine * rotation[1, 2], cosine * rotation[1, 1] - sine * rotation[0, 1]
-    )
+    roll = np.arctan2(sine * rotation[0, 2] - cosine * rotation[1, 2], cosine * rotation[1, 1] - sine * rotation[0, 1])
     return np.array([roll, pitch, yaw])
 
 

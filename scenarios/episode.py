@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from ..controllers import KnowledgeProvider, Observation, PayloadTruth, Reference, Target, hook
+from ..controllers.kernels import bind
 from .plants.plant import Plant
 from .tick import (
     DIVERGED,
@@ -126,28 +127,29 @@ def run_episode(episode: Episode) -> Outcome:
     plant = episode.plant
     start_memory(memory, episode.constants, plant.q, plant.wrench, plant.gravity())
     frame["limited"] = frame["torque"] = episode.nominal_gravity
-    recorder = _Recorder.of(episode.controller, ticks)
+    recorder = _Recorder([])
     started = time.perf_counter()
     with _collector_paused(), _watchdog() as watch:
         try:
+            recorder = _Recorder.of(episode.controller, ticks)
             for k in _ticks(episode, frame, target, outcome, watch):
                 recorder.record(k)
         except RunFailure as failure:
             outcome.failure = failure
     outcome.wall_time = time.perf_counter() - started
     outcome.log = outcome.log[: watch.rows]
-    outcome.diagnostics = recorder.rows(watch.rows)
+    outcome.diagnostics = recorder.rows()
     return outcome
 
 
-def _ticks(
-    episode: Episode, frame: np.ndarray, target: np.ndarray, outcome: Outcome, watch: "_Watch"
-) -> Iterator[int]:
+def _ticks(episode: Episode, frame: np.ndarray, target: np.ndarray, outcome: Outcome, watch: "_Watch") -> Iterator[int]:
     """Yield every finished tick."""
     plant, provider, controller = episode.plant, episode.provider, episode.controller
     table, memory, constants, noise, log = episode.table, outcome.memory, episode.constants, episode.noise, outcome.log
     observation, plan = observe(frame), aim(target, episode.reference)
     state, command, torque = (plant.q, plant.dq, plant.wrench), frame["command"][0], frame["torque"][0]
+    begin = bind(begin_tick, frame, target, table, memory, constants, state, noise, tick=True)
+    end = bind(end_tick, frame, target, log, memory, constants, tick=True)
     call_time, now = frame["call_time"], frame["time"]
     refresh, compute, step = provider.refresh, controller.compute, plant.step
     clock, shape, loads = time.perf_counter_ns, command.shape, episode.loads
@@ -156,21 +158,21 @@ def _ticks(
             change_load(episode, loads[k])
         watch.tick = k
         observation.time = instant
-        begin_tick(k, frame, target, table, memory, constants, state, noise)
+        begin(k)
         try:
             begun = clock()
             refresh(observation)
             answer = compute(observation, plan)
             spent = clock() - begun
+            if getattr(answer, "shape", None) != shape:
+                raise RunFailure("wrong shape", f"returned {_shape_of(answer)}, expected an array of shape {shape}")
+            np.copyto(command, answer, casting="same_kind")
         except RunFailure:
             raise
         except Exception as error:
             raise RunFailure("exception", describe(error)) from error
-        if getattr(answer, "shape", None) != shape:
-            raise RunFailure("wrong shape", f"returned {_shape_of(answer)}, expected an array of shape {shape}")
-        command[:] = answer
         call_time[0], now[0] = spent, instant
-        verdict = end_tick(k, frame, target, log, memory, constants)
+        verdict = end(k)
         watch.rows = k + 1
         if verdict != RUNNING:
             raise RunFailure(CAUSES[verdict], _explain(verdict, frame[0], target[0], constants[0]))
@@ -243,24 +245,29 @@ class _Recorder:
     """Copies the rows of a controller's diagnostics."""
 
     sources: list[tuple[str, np.ndarray, int, np.ndarray]]
+    ticks: int = 0
 
     @classmethod
     def of(cls, controller: object, ticks: int) -> "_Recorder":
-        shown = hook(controller, "diagnostics")()  # type: ignore[operator]
-        return cls(
-            [
-                (name, view, period, np.zeros((-(-ticks // period), *view.shape), view.dtype))
-                for name, (view, period) in shown.items()
-            ]
-        )
+        try:
+            shown = hook(controller, "diagnostics")()  # type: ignore[operator]
+            return cls(
+                [
+                    (name, view, period, np.zeros((-(-ticks // period), *view.shape), view.dtype))
+                    for name, (view, period) in shown.items()
+                ]
+            )
+        except Exception as error:
+            raise RunFailure("exception", f"in diagnostics: {describe(error)}") from error
 
     def record(self, k: int) -> None:
+        self.ticks = k + 1
         for _, view, period, rows in self.sources:
             if k % period == 0:
                 rows[k // period] = view
 
-    def rows(self, ticks: int) -> dict[str, tuple[np.ndarray, int]]:
-        return {name: (rows[: -(-ticks // period)], period) for name, _, period, rows in self.sources}
+    def rows(self) -> dict[str, tuple[np.ndarray, int]]:
+        return {name: (rows[: -(-self.ticks // period)], period) for name, _, period, rows in self.sources}
 
 
 @dataclass

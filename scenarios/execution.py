@@ -1,8 +1,10 @@
 """From a run specification to its results: the run and its twins, each in a world of its own, scored at full rate."""
 
+import json
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -21,13 +23,20 @@ from .loads import LoadSchedule
 from .log import RunLog
 from .result import FAILED, OK, REFUSED, RunResult, Scores
 from .specification import RunSpecification, twin_schedules
+from .trace import encode_trace
 from .world import World
 
 Evaluate = Callable[[RunLog], Scores]
 TRACE_KINDS = ("plot", "full", "none")
 TRACE_STEP = 10
 """Every tenth tick of a run is kept in a plot trace."""
+REHEARSED = 20
+"""Ticks of a rehearsal."""
 TRACED = ("t", "q", "q_ref", "p", "p_ref", "quat", "quat_ref", "tau", "tau_cmd", "wrench")
+
+
+class ControllerFault(Exception):
+    """An optional hook of a controller that failed, in one line."""
 
 
 def execute(
@@ -58,6 +67,26 @@ def execute(
     return tuple(_run(specification, role, history, door, evaluate, traces) for role, history in histories.items())
 
 
+def rehearse(specification: RunSpecification, *, plug_ins: Mapping[str, object] | None = None) -> None:
+    """Run the first ticks of a specification for their side effect: every kernel that it needs is compiled and cached.
+
+    Args:
+        specification: What to run.
+        plug_ins: Python objects behind controller names that no other door knows.
+    """
+    door = (plug_ins or {}).get(specification.controller, specification.controller)
+    world = World(specification, specification.schedule)
+    world.times, world.table = world.times[:REHEARSED], world.table[:REHEARSED]
+    try:
+        controller = build_controller(
+            discovery.load("controllers", door), specification.settings, name=specification.controller
+        )
+        _run_controller(world, "run", controller, lambda _: Scores(metrics={}), "none")
+        hook(controller, "close")()  # type: ignore[operator]
+    finally:
+        world.plant.close()
+
+
 def _run(
     specification: RunSpecification,
     role: str,
@@ -78,15 +107,17 @@ def _run(
     try:
         result = _run_controller(world, role, controller, evaluate, traces)
         timing = {**result.timing, "total_s": time.perf_counter() - started} if result.timing else {}
-        return RunResult(**{**_fields(result), "timing": timing})
+        return replace(result, timing=timing)
+    except ControllerFault as fault:
+        return RunResult(role=role, status=FAILED, cause="exception", reason=str(fault))
     finally:
-        hook(controller, "close")()  # type: ignore[operator]
+        # The run is over: what goes wrong in tidying up takes nothing from its result.
+        with suppress(Exception):
+            hook(controller, "close")()  # type: ignore[operator]
         world.plant.close()
 
 
-def _run_controller(
-    world: World, role: str, controller: object, evaluate: Evaluate, traces: str
-) -> RunResult:
+def _run_controller(world: World, role: str, controller: object, evaluate: Evaluate, traces: str) -> RunResult:
     """Reset, check and run a controller in a world that is ready."""
     task = world.task()
     provider = discovery.load("knowledge", task.knowledge)()  # type: ignore[operator]
@@ -104,6 +135,12 @@ def _run_controller(
         return RunResult(role=role, status=FAILED, cause="exception", reason=f"in reset: {describe(error)}")
     reset_time = time.perf_counter() - begun
     outcome = run_episode(world.episode(controller, provider))
+    with _blamed("ledger"):
+        # There and back: what JSON cannot hold is found here and not when the campaign writes its rows.
+        entries = [asdict(entry) for entry in hook(controller, "ledger")()]  # type: ignore[operator]
+        ledger = json.loads(json.dumps(entries))
+    with _blamed("operations"):
+        operations = {name: int(count) for name, count in hook(controller, "operations")().items()}  # type: ignore[operator]
     log = world.run_log(outcome)
     failure = outcome.failure
     scores = evaluate(log) if failure is None else Scores(metrics={})
@@ -115,19 +152,24 @@ def _run_controller(
         failed_at=float(log.t[-1]) if failure and log.t.size else None,
         metrics=scores.metrics,
         laps=scores.laps,
-        ledger=[asdict(entry) for entry in hook(controller, "ledger")()],  # type: ignore[operator]
-        counts=_counts(outcome, controller),
+        ledger=ledger,
+        counts=_counts(outcome, operations),
         timing=_timing(outcome, reset_time, world.tier.period),
         provenance={"plant": world.plant.name, "payload": world.truth.parameters.tolist()},
         trace=_trace(log, outcome, traces),
     )
 
 
-def _fields(result: RunResult) -> dict[str, object]:
-    return {name: getattr(result, name) for name in result.__dataclass_fields__}
+@contextmanager
+def _blamed(name: str) -> Iterator[None]:
+    """Say in one line which hook of a controller failed."""
+    try:
+        yield
+    except Exception as error:
+        raise ControllerFault(f"in {name}: {describe(error)}") from error
 
 
-def _counts(outcome: Outcome, controller: object) -> dict[str, object]:
+def _counts(outcome: Outcome, operations: Mapping[str, int]) -> dict[str, object]:
     """Return what was counted: ticks, clipped ticks by cause and joint, speed limits, operations."""
     memory = outcome.memory[0]
     return {
@@ -135,7 +177,7 @@ def _counts(outcome: Outcome, controller: object) -> dict[str, object]:
         "clipped_effort": memory["clipped"][0].tolist(),
         "clipped_rate": memory["clipped"][1].tolist(),
         "velocity_limit": memory["overspeed"].tolist(),
-        "operations": {name: int(count) for name, count in hook(controller, "operations")().items()},  # type: ignore[operator]
+        "operations": operations,
     }
 
 
@@ -156,11 +198,11 @@ def _timing(outcome: Outcome, reset_time: float, period: float) -> dict[str, flo
     }
 
 
-def _trace(log: RunLog, outcome: Outcome, traces: str) -> dict[str, np.ndarray] | None:
+def _trace(log: RunLog, outcome: Outcome, traces: str) -> bytes | None:
     """Return the arrays that are kept: every tick in double precision, or every tenth in single."""
     if traces == "none":
         return None
     step, kind = (1, np.float64) if traces == "full" else (TRACE_STEP, np.float32)
     kept = {name: getattr(log, name)[::step].astype(kind) for name in TRACED}
     kept |= {f"diagnostics/{name}": rows for name, (rows, _) in outcome.diagnostics.items()}
-    return kept
+    return encode_trace(kept)

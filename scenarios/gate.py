@@ -24,6 +24,8 @@ HEAVY = Payload(mass=3.5, material="sand")
 class GateFailure(TorquebenchError):
     """A plant that does not compute the arm's equations; carries the failed checks."""
 
+    exit_status = 1
+
     def __init__(self, checks: tuple["GateCheck", ...]) -> None:
         self.checks = checks
         what = ", ".join(f"{check.name} {check.deviation:.3g} (allowed {check.allowed:.0e})" for check in checks)
@@ -127,7 +129,7 @@ def load_switch(robot: Robot, plant: str, rng: np.random.Generator, states: int)
 
 
 def replay(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> float:
-    """Return 0 if a fresh plant, the same plant reset, and a restart from (q, dq) go the same way to the bit, else 1."""
+    """Return 0 if a fresh plant, the same plant reset and a restart from (q, dq) agree to the bit, else 1."""
     q, dq, _ = next(_states(robot, rng, 1))
     torques = [torque for _, _, torque in _states(robot, rng, max(8, states))]
     first, _ = _plant(robot, plant, HEAVY)
@@ -188,9 +190,7 @@ def _inertia_checks(robot: Robot, plant: str, states: int) -> Iterator[GateCheck
     yield GateCheck(name="inverse dynamics, N m", plant=plant, deviation=torque_error, allowed=1e-11)
 
 
-def _plant(
-    robot: Robot, plant: str, load: Payload | LoadSchedule, scale: float = 1.0 / 3.0
-) -> tuple[Plant, Tier]:
+def _plant(robot: Robot, plant: str, load: Payload | LoadSchedule, scale: float = 1.0 / 3.0) -> tuple[Plant, Tier]:
     """Build a plant without friction, with its first load and a share of the rotor inertia."""
     tier = build_tier("gate", {"gate": {"armature_scale": scale}}, robot.rotor_inertia)
     schedule = load if isinstance(load, LoadSchedule) else LoadSchedule.constant(load)

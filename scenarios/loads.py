@@ -8,6 +8,7 @@ no change here.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from ..controllers import InvalidInput, UnknownName
@@ -113,7 +114,7 @@ class LoadSchedule:
         times = [time for time, _ in entries]
         if not entries:
             raise InvalidInput("a load schedule without entries", "load schedule", "expected at least one (time, load)")
-        ordered = all(earlier < later for earlier, later in zip(times, times[1:], strict=False))
+        ordered = all(earlier < later for earlier, later in pairwise(times))
         if not ordered or not all(math.isfinite(time) for time in times):
             listed = ", ".join(f"{time:g}" for time in times)
             raise InvalidInput(f"times {listed} s", "load schedule", "expected finite, increasing times")

@@ -49,7 +49,9 @@ def solid_cylinder(name: str, content_mass: float, container: Container, *, dens
     capacity = density * container.volume
     if not 0 < content_mass <= capacity:
         raise InvalidInput(
-            f"{content_mass:g} kg of {name} in the container", "load", f"it holds more than 0 and up to {capacity:.3f} kg"
+            f"{content_mass:g} kg of {name} in the container",
+            "load",
+            f"it holds more than 0 and up to {capacity:.3f} kg",
         )
     radius = container.inner_radius
     height = content_mass / (density * math.pi * radius**2)

@@ -3,8 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 OK, FAILED, REFUSED = "ok", "failed", "refused"
 
 
@@ -23,9 +21,9 @@ class RunResult:
         laps: Metric id to one value per whole lap.
         ledger: Where the controller's settings come from.
         counts: Ticks, clipped ticks by cause and joint, operations.
-        timing: Wall times; they belong to the machine, not to the result.
+        timing: Wall times and the machine they belong to; no part of the result.
         provenance: Plant, payload and whatever was drawn.
-        trace: Arrays by name, None if none is kept.
+        trace: Bytes of :func:`~.trace.encode_trace`, None if none is kept.
     """
 
     role: str
@@ -37,9 +35,9 @@ class RunResult:
     laps: Mapping[str, Sequence[float]] = field(default_factory=dict)
     ledger: Sequence[Mapping[str, object]] = ()
     counts: Mapping[str, object] = field(default_factory=dict)
-    timing: Mapping[str, float] = field(default_factory=dict)
+    timing: Mapping[str, float | str] = field(default_factory=dict)
     provenance: Mapping[str, object] = field(default_factory=dict)
-    trace: Mapping[str, np.ndarray] | None = None
+    trace: bytes | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

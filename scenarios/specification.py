@@ -51,7 +51,11 @@ class RunSpecification:
 
     def __post_init__(self) -> None:
         """Check what needs neither robot nor plug-in."""
-        for name, value, least in (("laps", self.laps, 1), ("latency", self.latency, 0), ("repetition", self.repetition, 0)):
+        for name, value, least in (
+            ("laps", self.laps, 1),
+            ("latency", self.latency, 0),
+            ("repetition", self.repetition, 0),
+        ):
             if value < least:
                 raise InvalidInput(f"{name} = {value}", "run", f"at least {least}")
         if not 0.0 <= self.lead_in < 60.0:
@@ -120,7 +124,10 @@ def twin_schedules(schedule: LoadSchedule) -> dict[str, LoadSchedule]:
     found: dict[LoadSchedule, str] = {}
     for event in range(1, len(schedule.entries)):
         stays = LoadSchedule(entries=schedule.entries[:event])
-        found.setdefault(stays, f"{_load_name(stays.entries[-1][1])} stays" if event > 1 else _constant_name(stays))
+        name = f"{_load_name(stays.entries[-1][1])} stays" if event > 1 else _constant_name(stays)
+        if name in found.values():
+            name += f" from {stays.entries[-1][0]:g} s"
+        found.setdefault(stays, name)
         constant = LoadSchedule.constant(schedule.entries[event][1])
         found.setdefault(constant, _constant_name(constant))
     return {name: history for history, name in found.items()}

@@ -6,7 +6,6 @@ only runs in flight.
 
 import fcntl
 import hashlib
-import io
 import json
 import os
 import sqlite3
@@ -22,6 +21,7 @@ import numpy as np
 from ..controllers import InvalidInput
 from .result import OK, REFUSED, RunResult
 from .specification import RunSpecification
+from .trace import decode_trace
 
 SCHEMA = 1
 APPLICATION_ID = 0x74627263
@@ -147,21 +147,16 @@ class Store:
         Raises:
             InvalidInput: If the trace is missing or damaged.
         """
-        file = self._trace_file(address)
-        try:
-            data = file.read_bytes()
-        except OSError as cause:
-            raise InvalidInput("trace is missing", str(file), "run it again with --traces plot") from cause
-        if hashlib.sha256(data).hexdigest() != address:
-            raise InvalidInput("trace is damaged", str(file), "delete it and run again")
-        with np.load(io.BytesIO(data)) as archive:
-            return dict(archive)
+        return decode_trace(self._trace_bytes(address))
 
     def merge(self, other: "Store") -> int:
         """Take all rows and traces of another store whose addresses are not finished here.
 
         Returns:
             Number of addresses taken.
+
+        Raises:
+            InvalidInput: If a trace of the other store is missing or damaged, or nothing can be written here.
         """
         finished = {address for address, status in self.statuses().items() if status in (OK, REFUSED)}
         grouped: dict[str, list[StoredRun]] = {}
@@ -171,7 +166,9 @@ class Store:
         for address, runs in grouped.items():
             for run in runs:
                 if run.trace:
-                    self._keep_bytes(run.trace, other._trace_file(run.trace).read_bytes())
+                    data = other._trace_bytes(run.trace)
+                    with _storage_errors(self.folder):
+                        self._keep_bytes(run.trace, data)
             rows = [_row(address, run.specification, run.result, run.trace) for run in runs]
             with _storage_errors(self.folder), self._connection:
                 self._connection.execute("DELETE FROM runs WHERE address = ?", (address,))
@@ -183,6 +180,17 @@ class Store:
                 self.put_campaign(started, record)
         return len(grouped)
 
+    def _trace_bytes(self, address: str) -> bytes:
+        """Read a trace's file and check it against its address."""
+        file = self._trace_file(address)
+        try:
+            data = file.read_bytes()
+        except OSError as cause:
+            raise InvalidInput("trace is missing", str(file), "run it again with --traces plot") from cause
+        if hashlib.sha256(data).hexdigest() != address:
+            raise InvalidInput("trace is damaged", str(file), "delete it and run again")
+        return data
+
     def _trace_file(self, address: str) -> Path:
         return self.folder / TRACES / address[:2] / f"{address}.npz"
 
@@ -190,11 +198,8 @@ class Store:
         """Write a trace under the hash of its bytes and return it, empty if there is none."""
         if result.trace is None:
             return ""
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, **{name: np.asarray(array) for name, array in result.trace.items()})  # type: ignore[arg-type]
-        data = buffer.getvalue()
-        address = hashlib.sha256(data).hexdigest()
-        self._keep_bytes(address, data)
+        address = hashlib.sha256(result.trace).hexdigest()
+        self._keep_bytes(address, result.trace)
         return address
 
     def _keep_bytes(self, address: str, data: bytes) -> None:
@@ -221,7 +226,9 @@ def _claim(folder: Path) -> None:
     except FileExistsError as cause:
         raise InvalidInput("is a file", str(folder), "name a folder with --out") from cause
     except OSError as cause:
-        raise InvalidInput(f"cannot be made ({cause.strerror})", str(folder), "name another folder with --out") from cause
+        raise InvalidInput(
+            f"cannot be made ({cause.strerror})", str(folder), "name another folder with --out"
+        ) from cause
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InvalidInput("is not writable", str(folder), "name another folder with --out")
     foreign = [entry.name for entry in folder.iterdir() if entry.name not in (LOCK,)]
@@ -232,9 +239,11 @@ def _claim(folder: Path) -> None:
 
 def _lock(folder: Path) -> IO[str]:
     try:
-        file = open(folder / LOCK, "a", encoding="utf-8")
+        file = open(folder / LOCK, "a", encoding="utf-8")  # noqa: SIM115 - open as long as the store
     except OSError as cause:
-        raise InvalidInput(f"is not writable ({cause.strerror})", str(folder), "name another folder with --out") from cause
+        raise InvalidInput(
+            f"is not writable ({cause.strerror})", str(folder), "name another folder with --out"
+        ) from cause
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as cause:
@@ -246,19 +255,18 @@ def _lock(folder: Path) -> IO[str]:
 def _connect(folder: Path, *, writable: bool) -> sqlite3.Connection:
     """Open the database and check that it is one of ours and not newer."""
     file = folder / DATABASE
-    fresh = not file.exists()
     try:
-        mode = "rwc" if writable else "ro"
-        connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode={mode}", uri=True, timeout=30.0)
-        if fresh:
-            with connection:
-                connection.executescript(
-                    f"BEGIN; PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA}; {_TABLES} COMMIT;"
-                )
-        application = connection.execute("PRAGMA application_id").fetchone()[0]
-        schema = connection.execute("PRAGMA user_version").fetchone()[0]
+        connection, application, schema = _open(file, "rwc" if writable else "ro")
+    except sqlite3.OperationalError as cause:
+        # A writer that was killed leaves a journal, and only one who may write can undo what it had begun.
+        if writable or cause.sqlite_errorname != "SQLITE_READONLY_ROLLBACK":
+            raise _unreadable(file, cause) from cause
+        try:
+            connection, application, schema = _open(file, "rw")
+        except sqlite3.Error as still:
+            raise _unreadable(file, still) from still
     except sqlite3.Error as cause:
-        raise InvalidInput(f"cannot be read ({cause})", str(file), "name another folder with --out") from cause
+        raise _unreadable(file, cause) from cause
     if application != APPLICATION_ID:
         connection.close()
         raise InvalidInput("is not a run store", str(file), "name another folder with --out")
@@ -266,6 +274,25 @@ def _connect(folder: Path, *, writable: bool) -> sqlite3.Connection:
         connection.close()
         raise InvalidInput(f"has schema {schema}, this version reads up to {SCHEMA}", str(file), "update torquebench")
     return connection
+
+
+def _open(file: Path, mode: str) -> tuple[sqlite3.Connection, int, int]:
+    """Open a database, make its tables if it may be made and is empty, and return its application and schema too."""
+    connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode={mode}", uri=True, timeout=30.0)
+    try:
+        # A kill between making the file and its tables leaves it empty.
+        if mode == "rwc" and not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+            marks = f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA};"
+            connection.executescript(f"BEGIN IMMEDIATE; {marks} {_TABLES} COMMIT;")
+        application = connection.execute("PRAGMA application_id").fetchone()[0]
+        return connection, application, connection.execute("PRAGMA user_version").fetchone()[0]
+    except BaseException:
+        connection.close()
+        raise
+
+
+def _unreadable(file: Path, cause: sqlite3.Error) -> InvalidInput:
+    return InvalidInput(f"cannot be read ({cause})", str(file), "name another folder with --out")
 
 
 @contextmanager
@@ -279,7 +306,15 @@ def _storage_errors(folder: Path) -> Iterator[None]:
 
 def _row(address: str, specification: RunSpecification, result: RunResult, trace: str) -> tuple[object, ...]:
     texts = (_text(getattr(result, name)) for name in _JSON_FIELDS)
-    fixed = (address, result.role, specification.as_json(), result.status, result.cause, result.reason, result.failed_at)
+    fixed = (
+        address,
+        result.role,
+        specification.as_json(),
+        result.status,
+        result.cause,
+        result.reason,
+        result.failed_at,
+    )
     return (*fixed, *texts, trace)
 
 

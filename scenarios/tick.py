@@ -115,11 +115,10 @@ def _quantised(value, quantum):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def begin_tick(k, frame, target, table, memory, constants, state, noise):  # type: ignore[no-untyped-def]
+def begin_tick(frame, target, table, memory, constants, state, noise, k):  # type: ignore[no-untyped-def]
     """Read the sensors and take the plan of tick k.
 
     Args:
-        k: Number of the tick.
         frame: Record of the tick, shape (1,).
         target: Record of the plan, shape (1,).
         table: Plan of every tick of the run.
@@ -127,13 +126,14 @@ def begin_tick(k, frame, target, table, memory, constants, state, noise):  # typ
         constants: The run's constants, shape (1,).
         state: True positions, velocities and wrench.
         noise: Force sensor noise, shape (ticks, 6) or (1, 6) where there is none.
+        k: Number of the tick.
     """
     f, m, c = frame[0], memory[0], constants[0]
     q, dq, wrench = state
     target[0] = table[k]
     for i in range(q.shape[0]):
         f.q[i], f.dq[i] = q[i], dq[i]
-        if c.quantum > 0.0:
+        if c.quantum > 0.0 or c.velocity_gain < 1.0:
             position = _quantised(q[i], c.quantum)
             m.velocity[i] += c.velocity_gain * ((position - m.position[i]) / c.period - m.velocity[i])
             m.position[i] = position
@@ -149,16 +149,16 @@ def begin_tick(k, frame, target, table, memory, constants, state, noise):  # typ
 
 
 @numba.njit(cache=True)
-def end_tick(k, frame, target, log, memory, constants):  # type: ignore[no-untyped-def]
+def end_tick(frame, target, log, memory, constants, k):  # type: ignore[no-untyped-def]
     """Limit the command, pass it through delay and lag, write the log's row, and judge the tick.
 
     Args:
-        k: Number of the tick.
         frame: Record of the tick with the controller's command, shape (1,).
         target: Record of the plan, shape (1,).
         log: The run's log; row k is written.
         memory: What drives remember, shape (1,).
         constants: The run's constants, shape (1,).
+        k: Number of the tick.
 
     Returns:
         RUNNING, or what ended the run.

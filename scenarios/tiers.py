@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import BeforeValidator, Field
 
 from ..controllers import Actuation, UnknownName
-from .validation import Number, Numbers, Record
+from .validation import Number, Record, as_tuple
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,21 +65,25 @@ class Tier:
         )
 
 
-class TierTable(Record):
-    """The constants of a tier in a robot's file; what is left out is absent in the tier."""
+NotNegative = Annotated[Number, Field(ge=0)]
+Positive = Annotated[Number, Field(gt=0)]
 
-    armature_scale: Number = 1.0
-    delay_ticks: int = 0
-    torque_loop_time_constant: Number = 0.0
-    torque_rate_limit: Numbers = ()
-    coulomb: Numbers = ()
-    viscous: Numbers = ()
-    coulomb_velocity_scale: Number = 1.0
-    encoder_bits: int = 0
-    velocity_filter_hz: Number = 0.0
-    ft_noise_sigma: Numbers = ()
-    ft_bias_sigma: Numbers = ()
-    ft_filter_hz: Number = 0.0
+
+class TierTable(Record):
+    """The constants of a tier in a robot's file; what is left out or 0 is absent in the tier."""
+
+    armature_scale: NotNegative = 1.0
+    delay_ticks: Annotated[int, Field(ge=0)] = 0
+    torque_loop_time_constant: NotNegative = 0.0
+    torque_rate_limit: Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] = ()
+    coulomb: Annotated[tuple[NotNegative, ...], BeforeValidator(as_tuple)] = ()
+    viscous: Annotated[tuple[NotNegative, ...], BeforeValidator(as_tuple)] = ()
+    coulomb_velocity_scale: Positive = 1.0
+    encoder_bits: Annotated[int, Field(ge=0)] = 0
+    velocity_filter_hz: NotNegative = 0.0
+    ft_noise_sigma: Annotated[tuple[NotNegative, ...], BeforeValidator(as_tuple)] = ()
+    ft_bias_sigma: Annotated[tuple[NotNegative, ...], BeforeValidator(as_tuple)] = ()
+    ft_filter_hz: NotNegative = 0.0
 
 
 def default_tiers(effort: np.ndarray) -> dict[str, dict[str, object]]:
@@ -129,7 +135,7 @@ def build_tier(name: str, constants: Mapping[str, Mapping[str, object]], rotor_i
         return float(table.get(key, default))  # type: ignore[arg-type]
 
     def optional(key: str) -> float | None:
-        return number(key) if key in table else None
+        return number(key) or None
 
     bits = optional("encoder_bits")
     return Tier(

@@ -20,7 +20,8 @@ class Record(BaseModel):
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 
-def _tuple(value: object) -> object:
+def as_tuple(value: object) -> object:
+    """Return a TOML list as a tuple and anything else as it came."""
     return tuple(value) if isinstance(value, list) else value
 
 
@@ -29,9 +30,9 @@ def _float(value: object) -> object:
 
 
 Number = Annotated[float, BeforeValidator(_float), Field(allow_inf_nan=False)]
-Numbers = Annotated[tuple[Number, ...], BeforeValidator(_tuple)]
-Point3 = Annotated[tuple[Number, Number, Number], BeforeValidator(_tuple)]
-Names = Annotated[tuple[str, ...], BeforeValidator(_tuple)]
+Numbers = Annotated[tuple[Number, ...], BeforeValidator(as_tuple)]
+Point3 = Annotated[tuple[Number, Number, Number], BeforeValidator(as_tuple)]
+Names = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
 
 
 def read_toml(file: Path) -> dict[str, object]:
@@ -66,7 +67,8 @@ def validate(record: type[AnyRecord], table: Mapping[str, object], *, where: str
     try:
         return record.model_validate(table)
     except ValidationError as problem:
-        first = problem.errors()[0]
+        # A misspelt key is missing too; the misspelling is what helps.
+        first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
         path = tuple(first["loc"])
         key = ".".join(str(part) for part in path)
         if first["type"] == "extra_forbidden":

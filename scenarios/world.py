@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..controllers import PayloadTruth, Task, discovery
+from ..controllers import InvalidInput, PayloadTruth, Task, discovery
 from .episode import Episode, Outcome
 from .loads import LoadSchedule
 from .log import RunLog, quaternions
@@ -45,6 +45,10 @@ class World:
         plant = discovery.load("plants", specification.plant)
         self.plant: Plant = plant(self.robot, self.tier, slots)  # type: ignore[operator]
         period, lead_in = self.tier.period, specification.lead_in
+        early = [when for when in schedule.events if when <= -lead_in]
+        if early:
+            came = f"a load change at {early[0]:g} s, the run starts at {-lead_in:g} s"
+            raise InvalidInput(came, "load schedule", "make it the first entry")
         ticks = round((lead_in + specification.laps * self.plan.period) / period)
         self.times = np.round(np.arange(ticks) * period - lead_in, 9)
         self.table = self.plan.rows(self.times)

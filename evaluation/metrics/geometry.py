@@ -19,7 +19,7 @@ def distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         Shape (N,), the same unit.
     """
     difference = a - b
-    return np.sqrt(np.einsum("kd,kd->k", difference, difference))
+    return np.asarray(np.sqrt(np.einsum("kd,kd->k", difference, difference)))
 
 
 @shared

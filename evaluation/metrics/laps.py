@@ -1,6 +1,7 @@
 """Whole laps of a log, and the error of each: who wins depends on how long one learns."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,7 +23,8 @@ def lap_bounds(ticks: int, lap: float, dt: float) -> np.ndarray:
         return np.zeros(1, dtype=int)
     # Half a tick of grace: neither rounding of the ratio nor a lap that ends between two ticks loses a lap.
     laps = math.floor((ticks + 0.5) * dt / lap)
-    return np.minimum(np.rint(np.arange(laps + 1) * (lap / dt)).astype(int), ticks)
+    bounds: np.ndarray = np.rint(np.arange(laps + 1) * (lap / dt)).astype(int)
+    return bounds.clip(max=ticks)
 
 
 def last_lap(ticks: int, lap: float, dt: float) -> slice | None:
@@ -33,8 +35,8 @@ def last_lap(ticks: int, lap: float, dt: float) -> slice | None:
         lap: Duration of one lap [s].
         dt: Control period [s].
     """
-    length = int(lap_bounds(ticks, lap, dt)[1]) if len(lap_bounds(ticks, lap, dt)) > 1 else 0
-    return slice(ticks - length, ticks) if length else None
+    bounds = lap_bounds(ticks, lap, dt)
+    return slice(ticks - int(bounds[1]), ticks) if len(bounds) > 1 else None
 
 
 def error_by_lap(p: np.ndarray, p_ref: np.ndarray, lap: float, dt: float) -> np.ndarray:
@@ -69,4 +71,4 @@ def orientation_error_by_lap(quat: np.ndarray, quat_ref: np.ndarray, lap: float,
 
 def _mean_by_lap(error: np.ndarray, lap: float, dt: float) -> np.ndarray:
     bounds = lap_bounds(len(error), lap, dt)
-    return np.array([error[start:stop].mean() for start, stop in zip(bounds[:-1], bounds[1:], strict=True)])
+    return np.array([error[start:stop].mean() for start, stop in pairwise(bounds)])

@@ -75,12 +75,12 @@ class _Chords:
         chord = self.chord[blocks]
         along = np.clip(np.einsum("md,md->m", offset, chord) * self.inverse[blocks], 0.0, 1.0)
         offset -= along[:, None] * chord
-        return np.sqrt(np.einsum("md,md->m", offset, offset))
+        return np.asarray(np.sqrt(np.einsum("md,md->m", offset, offset)))
 
 
 def _nearest(points: np.ndarray, own: np.ndarray, reach: int, path: np.ndarray, levels: list[_Chords]) -> np.ndarray:
     """Return the distance of each point to the segments within ``reach`` of its own vertex of the path."""
-    best = np.linalg.norm(points - path[own], axis=1)
+    best: np.ndarray = np.linalg.norm(points - path[own], axis=1)
     row, block = _within_spheres(points, own, reach, path, levels[0], best)
     for chords, finer in zip(levels, [*levels[1:], None], strict=True):
         first, last = block * chords.size, (block + 1) * chords.size

@@ -149,7 +149,7 @@ def position_limit_margin_min(q: np.ndarray, lower: np.ndarray, upper: np.ndarra
         upper: Upper position limits, shape (n,) [rad].
 
     Returns:
-        The margin [rad], negative beyond a limit; NaN if any sample is not finite; infinite without any limit.
+        The margin [rad], negative beyond a limit; NaN if any sample is not finite or no joint has a limit.
 
     Raises:
         EmptyWindow: If there is no sample.

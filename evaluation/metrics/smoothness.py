@@ -9,6 +9,9 @@ from .registry import UNDEFINED, metric
 RIPPLE_CUTOFF, RIPPLE_ORDER = 10.0, 4
 """Where ripple begins [Hz], and the order of the Butterworth filter, applied forwards and backwards."""
 
+RIPPLE_PADDING = 3.0
+"""Periods of the cutoff by which the log is continued (odd) at either end."""
+
 
 def torque_rate_rms_by_joint(tau: np.ndarray, dt: float) -> np.ndarray:
     """Root mean square torque rate of each joint.
@@ -94,8 +97,8 @@ def torque_ripple(tau: np.ndarray, dt: float) -> float:
         dt: Control period [s].
 
     Returns:
-        The root mean square [N m]; NaN if any sample is not finite, there are too few for the filter's ends, or the
-        sampling rate cannot hold 10 Hz.
+        The root mean square [N m]; NaN if any sample is not finite, they last no longer than the
+        filter's ends (0.3 s), or the sampling rate cannot hold 10 Hz.
 
     Raises:
         EmptyWindow: If there is no sample.
@@ -105,7 +108,8 @@ def torque_ripple(tau: np.ndarray, dt: float) -> float:
     if 2.0 * RIPPLE_CUTOFF * dt >= 1.0:
         return UNDEFINED
     sections = butter(RIPPLE_ORDER, RIPPLE_CUTOFF, fs=1.0 / dt, output="sos")
-    padding = 3 * (2 * len(sections) + 1)
+    # SciPy's default of 15 ticks is shorter than the filter's memory: its ends would outweigh the ripple of a lap.
+    padding = round(RIPPLE_PADDING / (RIPPLE_CUTOFF * dt))
     if len(tau) <= padding:
         return UNDEFINED
     ripple = tau - sosfiltfilt(sections, tau, axis=0, padlen=padding)

@@ -93,5 +93,5 @@ def _fields(log: object, chosen: Iterable[Metric[...]]) -> dict[str, Any]:
     return {name: np.asarray(f, dtype=float) if np.ndim(f) else f for name, f in found.items() if f is not None}
 
 
-def _is_series(name: str, field: object) -> bool:
-    return name not in CONSTANTS and np.ndim(field) > 0  # type: ignore[call-overload, no-any-return]
+def _is_series(name: str, field: Any) -> bool:
+    return name not in CONSTANTS and np.ndim(field) > 0

@@ -1,0 +1,1 @@
+"""Simulated arms behind one interface."""

@@ -16,6 +16,7 @@ import numba
 import numpy as np
 import pinocchio as pin
 
+from ...controllers.kernels import bind
 from ..body import Body
 from ..robots import Robot
 from ..tiers import Tier
@@ -55,9 +56,9 @@ class Plant(ABC):
         self._spatial_inertia = np.zeros((6, 6))
         self._armature = model.armature
         self._drive, self._rotor_torque = np.zeros(model.nv), np.zeros(model.nv)
+        self._torque = np.zeros(model.nv)
         self._take_views()
-        self._friction = (tier.coulomb, tier.viscous, tier.rotor_inertia)
-        self._friction_constants = (tier.coulomb_velocity, tier.period)
+        self._bind_kernels()
         self.set_load((False,) * len(self.slots))
 
     def _take_views(self) -> None:
@@ -67,6 +68,15 @@ class Plant(ABC):
         # ABA's acceleration carries minus gravity, as a force sensor feels it.
         self._flange_motion = (acceleration.linear, acceleration.angular, velocity.linear, velocity.angular)
         self._flange_frame = (self._placement.rotation.copy(), self._placement.translation.copy())
+
+    def _bind_kernels(self) -> None:
+        """Fix the arguments of what every step calls."""
+        tier = self.tier
+        friction, constants = (tier.coulomb, tier.viscous, tier.rotor_inertia), (tier.coulomb_velocity, tier.period)
+        self._resist = bind(_resist, self._torque, self.dq, friction, constants, self._drive, self._armature)
+        self._measure = bind(
+            _wrench_on_arm, self._flange_motion, self._flange_frame, self._spatial_inertia, self.wrench
+        )
 
     def set_load(self, active: Sequence[bool]) -> None:
         """Switch the slots; joint positions and velocities stay as they are.
@@ -90,7 +100,7 @@ class Plant(ABC):
         np.copyto(self.dq, dq)
         # The reading before the first step is the static one: the arm is held where it is placed.
         pin.aba(self.model, self.data, self.q, np.zeros(self.model.nv), self.gravity())
-        self._measure_wrench()
+        self.measure_wrench()
 
     def gravity(self) -> np.ndarray:
         """Return the gravity torque with the load that is carried, shape (n,) [N m]."""
@@ -107,19 +117,21 @@ class Plant(ABC):
         Args:
             torque: What the drives produce, before friction, shape (n,) [N m].
         """
-        _resist(torque, self.dq, self._friction, self._friction_constants, self._drive, self._armature)
+        np.copyto(self._torque, torque)
+        self._resist()
         pin.aba(self.model, self.data, self.q, self.dq, self._drive)
-        self._measure_wrench()
+        self.measure_wrench()
         self._integrate()
 
-    def _measure_wrench(self) -> None:
-        _wrench_on_arm(self._flange_motion, self._flange_frame, self._spatial_inertia, self.wrench)
+    def measure_wrench(self) -> None:
+        """Refill ``wrench`` from the flange's motion in the last dynamics pass."""
+        self._measure()
 
     @abstractmethod
     def _integrate(self) -> None:
         """Advance ``q`` and ``dq`` by one period from ``_drive``, ``_armature`` and ``_ddq``."""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 - most plants hold nothing
         """Release what the plant holds."""
 
 

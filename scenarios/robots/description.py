@@ -137,7 +137,9 @@ class Description:
         while frame != link:
             joint = self.carrier(frame)
             if joint is None or joint.moving:
-                raise InvalidInput(f"frame {frame!r} is not fixed to {link!r}", self.name, "use a frame beyond the flange")
+                raise InvalidInput(
+                    f"frame {frame!r} is not fixed to {link!r}", self.name, "use a frame beyond the flange"
+                )
             step = np.eye(4)
             step[:3, :3], step[:3, 3] = rotation_from_rpy(np.array(joint.rpy)), joint.xyz
             pose, frame = step @ pose, joint.parent

@@ -117,6 +117,4 @@ class Robot:
             rotor_inertia: Apparent rotor inertia, shape (n,) [kg m^2]; None for none.
         """
         inertia = np.zeros(self.n) if rotor_inertia is None else rotor_inertia
-        return RobotModel(
-            self.urdf, tool_frame=TOOL_LINK, flange_frame=self.flange_frame, rotor_inertia=inertia
-        )
+        return RobotModel(self.urdf, tool_frame=TOOL_LINK, flange_frame=self.flange_frame, rotor_inertia=inertia)

@@ -1,9 +1,10 @@
 """Robots from files: a TOML table beside a URDF, a TOML table that holds links and joints, or a bare URDF."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field
@@ -13,12 +14,12 @@ from ...controllers.discovery import load, names
 from ..axes import rotation_from_quaternion, rpy_from_rotation
 from ..body import Body
 from ..container import Container
-from ..tiers import TierTable, default_tiers
-from ..validation import Number, Numbers, Point3, Record, read_toml, validate
+from ..tiers import NotNegative, TierTable, default_tiers
+from ..validation import Names, Number, Numbers, Point3, Record, as_tuple, read_toml, validate
 from .capsules import capsules_between
 from .description import Description, Joint, Link, vector
 from .robot import Robot
-from .urdf import check_tree, read_urdf
+from .urdf import check_tree, from_base, read_urdf
 
 CAPSULE_RADIUS = 0.05
 
@@ -27,10 +28,10 @@ class LinkTable(Record):
     """A link with its inertial in principal axes."""
 
     name: str
-    mass: Number = 0.0
+    mass: NotNegative = 0.0
     com: Point3 = (0.0, 0.0, 0.0)
-    principal: Point3 = (0.0, 0.0, 0.0)
-    quat_wxyz: Numbers = (1.0, 0.0, 0.0, 0.0)
+    principal: Annotated[tuple[NotNegative, NotNegative, NotNegative], BeforeValidator(as_tuple)] = (0.0, 0.0, 0.0)
+    quat_wxyz: Annotated[tuple[Number, Number, Number, Number], BeforeValidator(as_tuple)] = (1.0, 0.0, 0.0, 0.0)
 
 
 class JointTable(Record):
@@ -41,7 +42,7 @@ class JointTable(Record):
     child: str
     xyz: Point3
     rpy: Point3 = (0.0, 0.0, 0.0)
-    kind: str = "fixed"
+    kind: Literal["fixed", "revolute", "prismatic"] = "fixed"
     axis: Point3 = (0.0, 0.0, 1.0)
     lower: Number = 0.0
     upper: Number = 0.0
@@ -68,10 +69,6 @@ class ContainerTable(Record):
     bottom_z: Number = 0.3
 
 
-def _records(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
-
-
 class RobotTable(Record):
     """A robot file."""
 
@@ -86,10 +83,10 @@ class RobotTable(Record):
     tools: dict[str, Number] = Field(default={"flange": 0.0}, min_length=1)
     gripper: GripperTable | None = None
     container: ContainerTable = ContainerTable()
-    tiers: dict[str, TierTable] = {}
-    joints: Annotated[tuple[JointTable, ...], BeforeValidator(_records)] = ()
-    links: Annotated[tuple[LinkTable, ...], BeforeValidator(_records)] = ()
-    sources: Annotated[tuple[str, ...], BeforeValidator(_records)] = ()
+    tiers: dict[str, TierTable] = Field(default={})
+    joints: Annotated[tuple[JointTable, ...], BeforeValidator(as_tuple)] = ()
+    links: Annotated[tuple[LinkTable, ...], BeforeValidator(as_tuple)] = ()
+    sources: Names = ()
 
 
 def load_robot(name: object, *, tool: str = "") -> Robot:
@@ -192,7 +189,9 @@ def _tiers(tables: Mapping[str, TierTable], n: int, where: str) -> dict[str, dic
         for key, value in table.items():
             wrench = key in ("ft_noise_sigma", "ft_bias_sigma")
             if isinstance(value, tuple) and len(value) != (6 if wrench else n):
-                raise InvalidInput(f"tiers.{name}.{key} has {len(value)} numbers", where, f"expected {6 if wrench else n}")
+                raise InvalidInput(
+                    f"tiers.{name}.{key} has {len(value)} numbers", where, f"expected {6 if wrench else n}"
+                )
     return given
 
 
@@ -213,6 +212,9 @@ def _with_capsules(description: Description, radius: float) -> Description:
 
 def _describe(table: RobotTable, where: str) -> Description:
     """Build the description that a table spells out."""
+    for link in table.links:
+        if not any(link.quat_wxyz):
+            raise InvalidInput(f"link {link.name!r} has a quaternion of length zero", where, "expected a direction")
     links = tuple(
         Link(
             name=link.name,
@@ -226,4 +228,4 @@ def _describe(table: RobotTable, where: str) -> Description:
     joints = tuple(Joint(**joint.model_dump()) for joint in table.joints)
     description = Description(name=table.name, links=links, joints=joints)
     check_tree(description, where)
-    return description
+    return replace(description, joints=from_base(description))

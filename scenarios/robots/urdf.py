@@ -58,7 +58,7 @@ def parse_urdf(text: str, *, where: str = "URDF") -> Description:
     links = tuple(_link(element, where, moving=element.get("name") in moved) for element in robot.findall("link"))
     description = Description(name=robot.get("name") or where, links=links, joints=joints)
     check_tree(description, where)
-    return replace(description, joints=_from_base(description))
+    return replace(description, joints=from_base(description))
 
 
 def check_tree(description: Description, where: str) -> None:
@@ -84,12 +84,30 @@ def check_tree(description: Description, where: str) -> None:
                 raise InvalidInput(f"joint {joint.name!r} names a link {end!r} that is not there", where)
     roots = [name for name in names if name not in children]
     if len(roots) != 1:
-        listed = ", ".join(roots) or "none"
-        raise InvalidInput(f"has {len(roots)} base links ({listed})", where, "expected one tree on one base link")
-    reached = {roots[0], *(joint.child for joint in _from_base(description))}
+        bases = ", ".join(roots) or "none"
+        raise InvalidInput(f"has {len(roots)} base links ({bases})", where, "expected one tree on one base link")
+    reached = {roots[0], *(joint.child for joint in from_base(description))}
     if loose := [name for name in names if name not in reached]:
         raise InvalidInput(f"link {loose[0]!r} hangs in a loop", where, "expected a tree")
+    _check_drives(description, where)
     _check_masses(description, where)
+
+
+def _check_drives(description: Description, where: str) -> None:
+    """Check axes and limits of the moving joints."""
+    for joint in description.moving:
+        what = f"joint {joint.name!r}"
+        if abs(np.linalg.norm(joint.axis) - 1.0) > 1e-9:
+            raise InvalidInput(
+                f"{what} has an axis of length {np.linalg.norm(joint.axis):g}", where, "expected length 1"
+            )
+        if not (joint.effort > 0 and joint.velocity > 0):
+            came = f"{what} has effort {joint.effort:g} and velocity {joint.velocity:g}"
+            raise InvalidInput(came, where, "both limits are positive")
+        if not joint.lower < joint.upper:
+            raise InvalidInput(
+                f"{what} has limits {joint.lower:g} and {joint.upper:g}", where, "expected lower below upper"
+            )
 
 
 def _check_masses(description: Description, where: str) -> None:
@@ -103,7 +121,9 @@ def _check_masses(description: Description, where: str) -> None:
     for joint in description.moving:
         if carried[joint.name] <= 0:
             raise InvalidInput(
-                f"joint {joint.name!r} carries no mass (link {joint.child!r})", where, "masses of moving links are positive"
+                f"joint {joint.name!r} carries no mass (link {joint.child!r})",
+                where,
+                "masses of moving links are positive",
             )
 
 
@@ -111,15 +131,20 @@ def _repeated(names: list[str]) -> str | None:
     return next((name for name, count in Counter(names).items() if count > 1), None)
 
 
-def _from_base(description: Description) -> tuple[Joint, ...]:
-    """Return the joints that hang on the base in order from it, parents before children."""
+def from_base(description: Description) -> tuple[Joint, ...]:
+    """Return the joints that hang on the base in Pinocchio's order: branch after branch, siblings by name.
+
+    Args:
+        description: The links and joints.
+    """
     children = {joint.child for joint in description.joints}
+    by_name = sorted(description.joints, key=lambda joint: joint.name, reverse=True)
+    base = next((link.name for link in description.links if link.name not in children), None)
     ordered: list[Joint] = []
-    front = [link.name for link in description.links if link.name not in children]
-    while front:
-        carried = [joint for joint in description.joints if joint.parent == front[0]]
-        ordered += carried
-        front = [*front[1:], *(joint.child for joint in carried)]
+    waiting = [joint for joint in by_name if joint.parent == base]
+    while waiting:
+        ordered.append(waiting.pop())
+        waiting += [joint for joint in by_name if joint.parent == ordered[-1].child]
     return tuple(ordered)
 
 
@@ -141,7 +166,9 @@ def _link(element: ET.Element, where: str, *, moving: bool) -> Link:
     xy, xz, yz = (_number(tensor, key, where, f"inertia of {what}", default=0.0) for key in ("ixy", "ixz", "iyz"))
     moments, axes = principal_axes(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
     if np.any(moments < 0):
-        raise InvalidInput(f"{what} has a principal moment of {moments.min():g} kg m^2", where, "moments are not negative")
+        raise InvalidInput(
+            f"{what} has a principal moment of {moments.min():g} kg m^2", where, "moments are not negative"
+        )
     com, rpy = _origin(inertial, where, what)
     if xy or xz or yz:
         rpy = vector(rpy_from_rotation(rotation_from_rpy(np.array(rpy)) @ axes))
@@ -161,7 +188,9 @@ def _joint(element: ET.Element, where: str) -> Joint:
         valid = f"expected a fixed base and joints of type {', '.join((*MOVING_KINDS, 'fixed'))}"
         raise InvalidInput(f"{what} is of type {kind!r}", where, valid)
     if element.find("mimic") is not None:
-        raise InvalidInput(f"{what} mimics another", where, "make it fixed: a joint here is driven by a torque of its own")
+        raise InvalidInput(
+            f"{what} mimics another", where, "make it fixed: a joint here is driven by a torque of its own"
+        )
     axis_element = element.find("axis")
     axis = (1.0, 0.0, 0.0) if axis_element is None else _vector(axis_element, "xyz", where, f"axis of {what}")
     length = float(np.linalg.norm(axis))
@@ -169,15 +198,13 @@ def _joint(element: ET.Element, where: str) -> Joint:
         raise InvalidInput(f"{what} has an axis of length zero", where, "expected a direction")
     limit = element.find("limit")
     if limit is None:
-        raise InvalidInput(f"{what} has no <limit>", where, "give effort and velocity, and lower and upper unless continuous")
+        raise InvalidInput(
+            f"{what} has no <limit>", where, "give effort and velocity, and lower and upper unless continuous"
+        )
     effort, velocity = (_number(limit, key, where, f"{key} limit of {what}") for key in ("effort", "velocity"))
-    if not (effort > 0 and velocity > 0):
-        raise InvalidInput(f"{what} has effort {effort:g} and velocity {velocity:g}", where, "both limits are positive")
     lower, upper = -SIMULATOR_LIMIT, SIMULATOR_LIMIT
     if kind != "continuous":
         lower, upper = (_number(limit, key, where, f"{key} limit of {what}", default=0.0) for key in ("lower", "upper"))
-    if not lower < upper:
-        raise InvalidInput(f"{what} has limits {lower:g} and {upper:g}", where, "expected lower below upper")
     return Joint(
         name=name,
         parent=parent,
@@ -199,7 +226,8 @@ def _origin(element: ET.Element, where: str, what: str) -> tuple[Vector, Vector]
     if origin is None:
         return ZERO, ZERO
     xyz, rpy = (
-        _vector(origin, key, where, f"origin of {what}") if origin.get(key) is not None else ZERO for key in ("xyz", "rpy")
+        _vector(origin, key, where, f"origin of {what}") if origin.get(key) is not None else ZERO
+        for key in ("xyz", "rpy")
     )
     return xyz, rpy
 

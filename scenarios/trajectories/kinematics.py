@@ -5,7 +5,8 @@ r"""Joint motion of a closed path: the branch closest to a posture, a function o
 Solved by Newton steps :math:`\Delta q = J^+ e + (I - J^+ J)(q_r - q)`: one after the other on a coarse grid, then on
 all samples of the lap at once, from the coarse solution's trigonometric interpolant. Velocity and acceleration are
 spectral derivatives over the lap.
-Source: Siciliano et al., Robotics (2009), section 3.5.1, for the step; Trefethen, Spectral Methods in MATLAB, chapter 3.
+Source: Siciliano et al., Robotics (2009), section 3.5.1, for the step; Trefethen, Spectral Methods in MATLAB,
+chapter 3, for the derivatives.
 """
 
 from dataclasses import dataclass
@@ -77,9 +78,7 @@ def solve_lap(model: RobotModel, path: Path, *, home: np.ndarray, step: float = 
     stride = _coarse_stride(count, step)
     coarse = _walk(model, path, posture, np.arange(0, count + 1, stride) * step)
     q = _polish(model, path, posture, _refine(coarse, count), np.arange(count) * step)
-    return Lap(
-        q=q, dq=spectral_derivative(q, path.period, order=1), ddq=spectral_derivative(q, path.period, order=2)
-    )
+    return Lap(q=q, dq=spectral_derivative(q, path.period, order=1), ddq=spectral_derivative(q, path.period, order=2))
 
 
 def facing_posture(model: RobotModel, home: np.ndarray, centre: Point) -> np.ndarray:

@@ -28,15 +28,19 @@ def cached_lap(robot: Robot, path: Path, *, step: float) -> Lap:
         InvalidInput: If the path cannot be followed.
     """
     times = np.arange(lap_samples(path, step)) * step
-    parts = (VERSION.encode(), robot.urdf.encode(), robot.home.tobytes(), path.pose(times).tobytes(), repr(step).encode())
+    parts = (
+        VERSION.encode(),
+        robot.urdf.encode(),
+        robot.home.tobytes(),
+        path.pose(times).tobytes(),
+        repr((step, tuple(map(float, path.centre)))).encode(),
+    )
     file = cache_folder("laps") / f"{hashlib.sha256(b'|'.join(parts)).hexdigest()[:32]}.npy"
     q = _read(file, (len(times), robot.n))
     if q is None:
         q = solve_lap(robot.model(), path, home=robot.home, step=step).q
         _write(file, q)
-    return Lap(
-        q=q, dq=spectral_derivative(q, path.period, order=1), ddq=spectral_derivative(q, path.period, order=2)
-    )
+    return Lap(q=q, dq=spectral_derivative(q, path.period, order=1), ddq=spectral_derivative(q, path.period, order=2))
 
 
 def _read(file: File, shape: tuple[int, int]) -> np.ndarray | None:

@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import Actuation, Observation, RobotModel, Target, Task
 from torquebench.scenarios.robots import load_robot
 
@@ -24,7 +23,8 @@ def chain_urdf(axes: str) -> str:
             f'<origin xyz="0 0 {length if i else 0.3}"/><axis xyz="{vector}"/>'
             f'<limit lower="-3" upper="3" velocity="3" effort="150"/></joint>'
             f'<link name="link{i + 1}"><inertial><origin xyz="0.01 0.02 {length / 2}"/><mass value="{mass}"/>'
-            f'<inertia ixx="{inertia}" iyy="{inertia}" izz="{0.2 * inertia}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+            f'<inertia ixx="{inertia}" iyy="{inertia}" izz="{0.2 * inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
+            f"</link>"
         )
     for child, parent, z in (("flange", f"link{len(axes)}", 0.1), ("tool", "flange", 0.1)):
         parts.append(
@@ -83,7 +83,7 @@ class Bench:
 
     def __init__(self, model: RobotModel, centre: np.ndarray, *, sway: float = 0.0, effort: float = np.inf) -> None:
         self.model, self.plant, self.plan = model, model.copy(), Sway(model, centre, sway)
-        self.effort = np.full(model.n, effort)
+        self.effort = self.told_effort = np.full(model.n, effort)
 
     def task(self) -> Task:
         """Return the episode."""
@@ -92,7 +92,7 @@ class Bench:
             delay_ticks=0,
             torque_lag=0.0,
             velocity_filter_hz=None,
-            effort=self.effort,
+            effort=self.told_effort,
             torque_rate=None,
             rotor_inertia=self.model.rotor_inertia,
         )

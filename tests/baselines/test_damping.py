@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigh, sqrtm
-
 from torquebench.baselines.damping import (
     DAMPING_DESIGNS,
     FREQUENCY_FLOOR,

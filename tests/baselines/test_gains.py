@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
 from torquebench.baselines.gains import double_integrator_gains, smallest_effective_inertia, triple_integrator_gains
 
 H = 1e-3
@@ -20,7 +19,9 @@ def chain(states):
     return step, drive
 
 
-@pytest.mark.parametrize(("bandwidth", "k_p", "k_d"), [(20.0, 392.1, 39.21), (40.0, 1537.0, 76.9), (60.0, 3390.0, 113.0)])
+@pytest.mark.parametrize(
+    ("bandwidth", "k_p", "k_d"), [(20.0, 392.1, 39.21), (40.0, 1537.0, 76.9), (60.0, 3390.0, 113.0)]
+)
 def test_double_integrator_gains_at_one_kilohertz(bandwidth, k_p, k_d):
     """Sampling costs a few per cent of w^2 and 2 w."""
     assert double_integrator_gains(bandwidth, H) == pytest.approx((k_p, k_d), rel=6e-4)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-
 from torquebench.baselines.rotation import rotation_error
 
 RNG = np.random.default_rng(11)

@@ -1,7 +1,6 @@
 """Settings are refused with a sentence that names the field and what is valid."""
 
 import pytest
-
 from torquebench.baselines.cartesian_impedance import CartesianImpedance
 from torquebench.baselines.computed_torque import ComputedTorque
 from torquebench.baselines.computed_torque_feedforward import ComputedTorqueFeedforward

@@ -1,0 +1,72 @@
+"""Paired values of two controllers and their log-ratios, cell by cell and trajectory by trajectory."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from .intervals import Interval, suite_interval
+from .rows import Cell, Key, Reading
+
+FLOOR = 1e-9
+"""Smallest magnitude in a ratio; a zero has no logarithm."""
+
+
+@dataclass(frozen=True)
+class Ratios:
+    """The pairs of runs that have a ratio.
+
+    Attributes:
+        pairs: Magnitude of the controller and of the reference, by cell and repetition.
+    """
+
+    pairs: Mapping[Key, tuple[float, float]]
+
+    @classmethod
+    def of(cls, readings: Mapping[Key, tuple[Reading, Reading]]) -> "Ratios":
+        """Take the pairs in which both sides have a magnitude.
+
+        Args:
+            readings: Reading of the controller and of the reference, by cell and repetition.
+        """
+        magnitudes = {key: (a.magnitude, b.magnitude) for key, (a, b) in readings.items()}
+        return cls({key: (a, b) for key, (a, b) in magnitudes.items() if a is not None and b is not None})
+
+    def by_trajectory(self) -> np.ndarray:
+        """Return each trajectory's mean log-ratio: over its cells, of the mean over repetitions, shape (n,)."""
+        logs, paths = self._logs(), self._paths()
+        return np.array([np.mean([np.mean(logs[cell]) for cell in cells]) for cells in paths.values()])
+
+    def suite_interval(self) -> Interval | None:
+        """Return the interval over repetitions of the same mean, as a ratio; None without repetitions."""
+        logs, paths = self._logs(), self._paths()
+        weights = [1.0 / (len(paths) * len(paths[cell[0]])) for cell in logs]
+        interval = suite_interval(list(logs.values()), weights)
+        return interval.exponentiated() if interval else None
+
+    def cell_means(self, side: Literal[0, 1]) -> list[float]:
+        """Return the mean magnitude of each cell.
+
+        Args:
+            side: 0 for the controller, 1 for the reference.
+        """
+        cells: dict[Cell, list[float]] = {}
+        for key, pair in self.pairs.items():
+            cells.setdefault(key[:3], []).append(pair[side])
+        return [float(np.mean(values)) for values in cells.values()]
+
+    def _logs(self) -> dict[Cell, list[float]]:
+        """Return the log-ratios of each cell's repetitions."""
+        logs: dict[Cell, list[float]] = {}
+        for key, (a, b) in self.pairs.items():
+            logs.setdefault(key[:3], []).append(math.log(max(a, FLOOR) / max(b, FLOOR)))
+        return logs
+
+    def _paths(self) -> dict[str, list[Cell]]:
+        """Return the cells of each trajectory."""
+        paths: dict[str, list[Cell]] = {}
+        for cell in dict.fromkeys(key[:3] for key in self.pairs):
+            paths.setdefault(cell[0], []).append(cell)
+        return paths

@@ -1,0 +1,166 @@
+"""Everything the page says about one world, computed once."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..comparison import MANY_FAILURES, Comparison, compare, compare_all, decide
+from ..errors import NothingToCompare
+from ..metrics import METRICS
+from ..summary import Summary, summary
+from .worlds import Run, World
+
+WINDOW = "run"
+POSITION, ORIENTATION = "tcp_position_error_mean", "tcp_orientation_error_mean"
+JOINTS, LAST_LAP = "joint_error_mean", "tcp_position_error_last_lap"
+LAG, CONTOUR = "time_lag", "contour_error_mean"
+CHATTER, CLIPPED, RATE_CLIPPED = "torque_rate_rms", "clip_fraction", "torque_rate_clip_fraction"
+
+HEADLINES = (POSITION, ORIENTATION)
+COMPARED = (POSITION, ORIENTATION, JOINTS, LAST_LAP)
+SUMMARISED = (*COMPARED, LAG, CONTOUR, CHATTER, CLIPPED, RATE_CLIPPED)
+
+SATURATED = 0.01
+"""Share of ticks beyond a torque limit above which a run compares saturated systems."""
+
+
+@dataclass(frozen=True)
+class Lead:
+    """Who comes first on a headline metric, and against whom.
+
+    Attributes:
+        metric: Id of the metric.
+        ranked: Controllers that ran the whole grid with few failures, smallest mean first.
+        against_reference: The first against the declared reference, as a family of one; None if it is the reference
+            itself or shares no run with it.
+        in_family: The same comparison corrected for all opponents of the reference.
+        against_next: The first against the second; None if there is no second.
+    """
+
+    metric: str
+    ranked: tuple[str, ...]
+    against_reference: Comparison | None
+    in_family: Comparison | None
+    against_next: Comparison | None
+
+
+class Findings:
+    """One world with its summaries and comparisons.
+
+    Attributes:
+        world: The world.
+        summaries: Metric id to controller to summary.
+        comparisons: Metric id to controller to its comparison with the reference.
+    """
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        rows = world.rows
+        self.summaries: dict[str, dict[str, Summary]] = {name: summary(rows, name, WINDOW) for name in SUMMARISED}
+        self.comparisons: dict[str, dict[str, Comparison]] = {name: {} for name in COMPARED}
+        if world.has_reference:
+            self.comparisons = {name: compare_all(rows, world.reference, name, WINDOW) for name in COMPARED}
+
+    @cached_property
+    def order(self) -> tuple[str, ...]:
+        """Controllers as tables list them: whole grids before others, then by mean position error."""
+        ranked = set(self.ranked(POSITION))
+        summaries = self.summaries[POSITION]
+
+        def place(label: str) -> tuple[bool, float, str]:
+            mean = summaries[label].mean
+            return (label not in ranked, np.inf if mean is None else mean, label)
+
+        return tuple(sorted(self.world.labels, key=place))
+
+    @cached_property
+    def leads(self) -> tuple[Lead, ...]:
+        """Who comes first on each headline metric."""
+        return tuple(self._lead(metric) for metric in HEADLINES)
+
+    @cached_property
+    def failures(self) -> tuple[Run, ...]:
+        """Runs that failed, then those that were refused."""
+        ended = (run for run in self.world.runs if run.row.status != "ok")
+        return tuple(sorted(ended, key=lambda run: (run.row.status, self.order.index(run.row.controller), run.row.key)))
+
+    def ranked(self, metric: str) -> tuple[str, ...]:
+        """Return controllers with few failures and a value for every run of the grid, smallest mean first.
+
+        A mean over the easy part of a grid is no better than one over all of it.
+        """
+        found = self.summaries[metric]
+        whole = max((s.runs - s.without_value for s in found.values()), default=0)
+        able = {
+            label: s.mean
+            for label, s in found.items()
+            if s.mean is not None and s.runs - s.without_value == whole and s.failures <= MANY_FAILURES * s.runs
+        }
+        return tuple(sorted(able, key=lambda label: (able[label], label)))
+
+    @staticmethod
+    def verdict_alone(comparison: Comparison) -> str:
+        """Return the word for a comparison on its own, as if it had been the only one asked for."""
+        return decide(replace(comparison, family=1))
+
+    def runs_anchor(self, label: str) -> str:
+        """Return the fragment of a controller's table of runs."""
+        return f"{self.world.id}-runs-{self.order.index(label) + 1}"
+
+    def runs_of(self, label: str) -> list[Run]:
+        """Return the runs of one controller."""
+        return self._runs_by_label.get(label, [])
+
+    def saturated(self, label: str) -> int:
+        """Return how many runs of a controller were beyond a torque limit for more than 1 % of their ticks."""
+        shares = (run.row.metrics.get(WINDOW, {}).get(CLIPPED, {}).get("value") for run in self.runs_of(label))
+        return sum(share is not None and share > SATURATED for share in shares)
+
+    def timing(self, label: str, name: str) -> float | None:
+        """Return the median over a controller's runs of one of their wall times."""
+        times = [run.stored.result.timing[name] for run in self.runs_of(label) if name in run.stored.result.timing]
+        return float(np.median(times)) if times else None
+
+    def by_lap(self, metric: str) -> dict[str, list[float]]:
+        """Return the mean of each lap over the runs of each controller that finished."""
+        found = {}
+        for label in self.order:
+            laps = [run.stored.result.laps.get(metric, ()) for run in self.runs_of(label) if run.row.status == "ok"]
+            whole = [list(lap) for lap in laps if len(lap) == int(self.world.facts["Laps"])]
+            if whole:
+                found[label] = [float(value) for value in np.mean(whole, axis=0)]
+        return found
+
+    @cached_property
+    def lap_metrics(self) -> list[str]:
+        """Metrics of which values by lap are stored, in the registry's order."""
+        stored = dict.fromkeys(name for run in self.world.runs for name in run.stored.result.laps)
+        known = [*METRICS, *stored]
+        return sorted(stored, key=known.index)
+
+    @cached_property
+    def _runs_by_label(self) -> Mapping[str, list[Run]]:
+        found: dict[str, list[Run]] = {}
+        for run in self.world.runs:
+            found.setdefault(run.row.controller, []).append(run)
+        return found
+
+    def _lead(self, metric: str) -> Lead:
+        ranked = self.ranked(metric)
+        first, second = (*ranked, "", "")[:2]
+        in_family = self.comparisons[metric].get(first)
+        alone = replace(in_family, family=1, p_holm=None) if in_family else None
+        return Lead(metric, ranked, alone, in_family, self._pair(first, second, metric) if second else None)
+
+    def _pair(self, first: str, second: str, metric: str) -> Comparison | None:
+        try:
+            return compare(self.world.rows, first, second, metric, WINDOW)
+        except NothingToCompare:
+            return None
+
+
+def find_all(worlds: Sequence[World]) -> tuple[Findings, ...]:
+    """Return the findings of all worlds."""
+    return tuple(Findings(world) for world in worlds)

@@ -1,0 +1,153 @@
+"""The page: findings in, one HTML text out."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from . import account_tables, tracking_tables
+from .figures import Figure, ratio_figure, trajectory_figure
+from .findings import HEADLINES, Findings
+from .sentences import facts_in_words, failure_sentence, lead_sentences, unranked_sentence
+from .table import Table
+from .worlds import differing_facts
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """One world as the template wants it.
+
+    Attributes:
+        id: Prefix of its fragments.
+        title: What tells it from the other worlds; empty if there is only one.
+        failures: Sentence about failures, and whether there are any.
+        leads: Sentences about each headline metric.
+        unranked: Sentence about controllers that cannot come first.
+        facts: What was compared.
+        doubles: Rows left out, see :class:`World`.
+        headline: The table of all controllers.
+        ratios: Figures of ratios.
+        dots: Figures of errors by trajectory, each with its table.
+        masses: Tables of errors by mass.
+        shape: Table of shape ranges.
+        laps: Tables of errors by lap.
+        failed: Table of failed and refused runs.
+        knowledge: Table of knowledge levels.
+        tuning: Table of tuning budgets.
+        ledger: Table of settings.
+        comparisons: Table of comparisons.
+        runs: Label and runs of each controller.
+        twins: Table of twins.
+    """
+
+    id: str
+    title: str
+    failures: tuple[str, bool]
+    leads: Sequence[Sequence[str]]
+    unranked: str
+    facts: Sequence[tuple[str, str]]
+    doubles: int
+    headline: Table
+    ratios: Sequence[Figure]
+    dots: Sequence[tuple[Figure, Table]]
+    masses: Sequence[Table]
+    shape: Table
+    laps: Sequence[Table]
+    failed: Table
+    knowledge: Table
+    tuning: Table
+    ledger: Table
+    comparisons: Table
+    runs: Sequence[tuple[str, Table]]
+    twins: Table
+
+
+def render(findings: Sequence[Findings], campaigns: Sequence[Mapping[str, object]]) -> str:
+    """Return the page.
+
+    Args:
+        findings: Findings of each world.
+        campaigns: Records of the campaigns, oldest first.
+
+    Returns:
+        One HTML text that needs nothing beside it.
+    """
+    environment = Environment(
+        loader=PackageLoader("torquebench.evaluation.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    differing = differing_facts([found.world for found in findings])
+    title, description = _title(campaigns)
+    return environment.get_template("page.html").render(
+        title=title,
+        description=description,
+        sections=[_section(found, differing) for found in findings],
+        definitions=account_tables.definition_table(),
+        campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
+    )
+
+
+def _section(found: Findings, differing: Sequence[str]) -> Section:
+    world = found.world
+    dots = [(trajectory_figure(found, metric), tracking_tables.trajectory_table(found, metric)) for metric in HEADLINES]
+    ratios = [ratio_figure(found, metric) for metric in HEADLINES]
+    laps = [tracking_tables.lap_table(found, metric) for metric in found.lap_metrics if found.by_lap(metric)]
+    return Section(
+        id=world.id,
+        title=", ".join(f"{name.lower()} {world.facts[name]}" for name in differing),
+        failures=(failure_sentence(found), any(run.row.status == "failed" for run in world.runs)),
+        leads=[lead_sentences(found, lead) for lead in found.leads],
+        unranked=unranked_sentence(found),
+        facts=facts_in_words(found),
+        doubles=world.doubles,
+        headline=tracking_tables.headline_table(found),
+        ratios=[figure for figure in ratios if figure is not None],
+        dots=[(figure, table) for figure, table in dots if figure is not None],
+        masses=[tracking_tables.mass_table(found, metric) for metric in HEADLINES],
+        shape=tracking_tables.shape_table(found),
+        laps=laps,
+        failed=account_tables.failure_table(found),
+        knowledge=account_tables.knowledge_table(found),
+        tuning=account_tables.tuning_table(found),
+        ledger=account_tables.ledger_table(found),
+        comparisons=account_tables.comparison_table(found),
+        runs=[(label, account_tables.run_table(found, label)) for label in found.order],
+        twins=account_tables.twin_table(found),
+    )
+
+
+def _title(campaigns: Sequence[Mapping[str, object]]) -> tuple[str, str]:
+    """Return the newest benchmark's title and description."""
+    for campaign in reversed(campaigns):
+        benchmark = campaign.get("benchmark")
+        if isinstance(benchmark, Mapping):
+            title = benchmark.get("title") or benchmark.get("name")
+            if title:
+                return str(title), str(benchmark.get("description") or "")
+    return "Joint-torque controllers compared", ""
+
+
+def _campaign(number: int, record: Mapping[str, object]) -> dict[str, object]:
+    """Return a campaign's record as lists of words; what is missing is left out."""
+    benchmark, machine = _mapping(record, "benchmark"), _mapping(record, "machine")
+    named = {"Benchmark": benchmark.get("name"), "Reference": benchmark.get("reference")}
+    plain = {name.capitalize(): record.get(name) for name in ("started", "command", "commit", "digest", "seed", "workers")}
+    host = {f"Machine: {name}": value for name, value in machine.items()}
+    facts = [(name, str(value)) for name, value in {**named, **plain, **host}.items() if value not in (None, "")]
+    notes = record.get("notes")
+    versions = [(str(name), str(version)) for name, version in sorted(_mapping(record, "versions").items())]
+    return {
+        "number": number,
+        "facts": facts,
+        "versions": versions,
+        "notes": [str(note) for note in notes] if isinstance(notes, list | tuple) else [],
+        "gate": account_tables.gate_table(number, record.get("gate")),
+    }
+
+
+def _mapping(record: Mapping[str, object], name: str) -> Mapping[str, object]:
+    value = record.get(name)
+    return value if isinstance(value, Mapping) else {}

@@ -1,0 +1,239 @@
+"""Runs of a store, sorted into worlds: only runs of one world may be compared with each other."""
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from ...controllers import discovery
+from ...scenarios.store import StoredRun
+from ..rows import RunRow
+
+RUN = "run"
+"""The role of the runs that enter comparisons; any other role is a twin."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A row of the store as the page calls it.
+
+    Attributes:
+        row: The run as comparisons want it; its controller is a label that is unique within the world.
+        stored: The row itself.
+    """
+
+    row: RunRow
+    stored: StoredRun
+
+    @property
+    def anchor(self) -> str:
+        """Fragment of the run's row on the page; the role tells a run from its twins."""
+        role = "" if self.stored.result.role == RUN else f"-{self.stored.result.role.replace(' ', '-')}"
+        return f"run-{self.stored.address[:12]}{role}"
+
+    @property
+    def load(self) -> str:
+        """The load history in words."""
+        return history_in_words(self.stored)
+
+
+@dataclass(frozen=True, kw_only=True)
+class World:
+    """Runs that differ in controller, trajectory, load and repetition only.
+
+    Attributes:
+        id: Prefix of its fragments on the page.
+        facts: What all of its runs share, by words for people.
+        runs: Its runs.
+        twins: Runs that exist only to judge an event of another run.
+        reference: Label of the declared reference controller, empty if none was declared.
+        doubles: Rows left out because another row has the same specification, written by other code.
+    """
+
+    id: str
+    facts: Mapping[str, str]
+    runs: tuple[Run, ...]
+    twins: tuple[Run, ...]
+    reference: str
+    doubles: int
+
+    @property
+    def rows(self) -> list[RunRow]:
+        """The runs as comparisons want them."""
+        return [run.row for run in self.runs]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Controllers in the order of their names."""
+        return tuple(dict.fromkeys(sorted(run.row.controller for run in self.runs)))
+
+    @property
+    def has_reference(self) -> bool:
+        """Whether the declared reference has runs here."""
+        return self.reference in self.labels
+
+    def distinct(self, field: Callable[[RunRow], object]) -> list[object]:
+        """Return the values of a field of the rows, sorted, each once."""
+        return sorted(dict.fromkeys(field(row) for row in self.rows))  # type: ignore[type-var]
+
+
+def history_in_words(stored: StoredRun) -> str:
+    """Return a load history: ``2.5 kg sand``, ``1.5 kg, from 12 s 3.5 kg sand``."""
+    parts = []
+    for time, load in stored.specification.schedule.entries:
+        text = f"{load.mass:g} kg" + ("" if load.material == "none" else f" {load.material}")
+        parts.append(f"from {time:g} s {text}" if parts else text)
+    return ", ".join(parts)
+
+
+def worlds_of(stored: Sequence[StoredRun], campaigns: Sequence[Mapping[str, object]]) -> tuple[World, ...]:
+    """Sort the rows of a store into worlds.
+
+    Args:
+        stored: All rows.
+        campaigns: Records of the campaigns that wrote them, oldest first; they declare the references.
+
+    Returns:
+        The worlds, the one with the most runs first.
+    """
+    single, doubles = _without_doubles(stored)
+    groups: dict[tuple[tuple[str, str], ...], list[StoredRun]] = {}
+    for row in single:
+        groups.setdefault(_facts(row), []).append(row)
+    ordered = sorted(groups.items(), key=lambda item: (-len(item[1]), item[0]))
+    doubled = [_facts(row) for row in doubles]
+    return tuple(
+        _world(f"w{number}", dict(facts), rows, campaigns, doubled.count(facts))
+        for number, (facts, rows) in enumerate(ordered, start=1)
+    )
+
+
+def differing_facts(worlds: Sequence[World]) -> list[str]:
+    """Return the facts in which the worlds differ."""
+    return [name for name in worlds[0].facts if len({world.facts[name] for world in worlds}) > 1] if worlds else []
+
+
+def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
+    """Return what runs must share to be comparable."""
+    run = row.specification
+    changes = bool(run.schedule.events)
+    return (
+        ("Robot", run.robot),
+        ("Tool point", run.tool or "the robot's first"),
+        ("Plant", run.plant),
+        ("Tier", run.tier),
+        ("Load history", history_in_words(row) if changes and row.result.role == RUN else _kind(changes)),
+        ("Laps", str(run.laps)),
+        ("Lead-in", f"{run.lead_in:g} s"),
+        ("Latency", f"{run.latency} ticks" if run.latency else "none"),
+        ("Seed", str(run.campaign)),
+    )
+
+
+def _kind(changes: bool) -> str:
+    return "load changes" if changes else "constant load"
+
+
+def _world(
+    name: str,
+    facts: Mapping[str, str],
+    stored: Sequence[StoredRun],
+    campaigns: Sequence[Mapping[str, object]],
+    doubles: int,
+) -> World:
+    labels, groups = _labels(stored), _groups(stored)
+    runs = [Run(_row(row, labels[row.address], groups[row.specification.trajectory]), row) for row in stored]
+    runs.sort(key=lambda run: run.row.key)
+    compared = tuple(run for run in runs if run.stored.result.role == RUN)
+    world = World(
+        id=name,
+        facts=facts,
+        runs=compared,
+        twins=tuple(run for run in runs if run.stored.result.role != RUN),
+        reference="",
+        doubles=doubles,
+    )
+    return replace(world, reference=_reference(world.labels, campaigns))
+
+
+def _row(stored: StoredRun, label: str, group: str) -> RunRow:
+    run, first = stored.specification, stored.specification.schedule.entries[0][1]
+    return RunRow(
+        controller=label,
+        trajectory=run.trajectory,
+        group=group,
+        mass=first.mass,
+        material="" if first.material == "none" else first.material,
+        repetition=run.repetition,
+        status=stored.result.status,  # type: ignore[arg-type]
+        metrics=stored.result.metrics,
+    )
+
+
+def _reference(labels: Iterable[str], campaigns: Sequence[Mapping[str, object]]) -> str:
+    """Return the newest declared reference that ran here, else the newest declared."""
+    declared = []
+    for campaign in reversed(campaigns):
+        benchmark = campaign.get("benchmark")
+        if isinstance(benchmark, Mapping) and benchmark.get("reference"):
+            declared.append(str(benchmark["reference"]))
+    known = set(labels)
+    return next((label for label in declared if label in known), declared[0] if declared else "")
+
+
+def _without_doubles(stored: Sequence[StoredRun]) -> tuple[list[StoredRun], list[StoredRun]]:
+    """Split off rows whose specification another row has too: results of other code, in the same store."""
+    found: dict[tuple[str, str], StoredRun] = {}
+    doubles = []
+    for row in stored:
+        key = (row.specification.as_json(), row.result.role)
+        if key in found:
+            doubles.append(row)
+        else:
+            found[key] = row
+    return list(found.values()), doubles
+
+
+def _labels(stored: Sequence[StoredRun]) -> dict[str, str]:
+    """Return a label for each address; settings are named where one controller runs with several."""
+    variants: dict[str, dict[tuple[str, str], str]] = {}
+    for row in stored:
+        run = row.specification
+        settings = ", ".join(f"{name}={json.dumps(value)}" for name, value in sorted(run.settings.items()))
+        variants.setdefault(run.label, {})[run.controller, settings] = row.address
+    result = {}
+    for row in stored:
+        run = row.specification
+        result[row.address] = _label(run.label, list(variants[run.label]), run.controller, run.settings)
+    return result
+
+
+def _label(
+    label: str, variants: Sequence[tuple[str, str]], controller: str, settings: Mapping[str, object]
+) -> str:
+    """Return what tells one variant of a controller from the others, nothing if there is one only."""
+    doors = {door for door, _ in variants}
+    parts = [f"from {controller}"] if len(doors) > 1 else []
+    if len(variants) > len(doors) and settings:
+        parts += [f"{name}={json.dumps(value)}" for name, value in sorted(settings.items())]
+    return f"{label} ({', '.join(parts)})" if parts else label
+
+
+def _groups(stored: Sequence[StoredRun]) -> dict[str, str]:
+    """Return the group of each trajectory: what the runs noted, else what the registered trajectory says."""
+    groups = {row.specification.trajectory: "" for row in stored}
+    for row in stored:
+        noted = row.result.provenance.get("group")
+        groups[row.specification.trajectory] = str(noted) if noted else groups[row.specification.trajectory]
+    return {name: group or _registered_group(name) for name, group in groups.items()}
+
+
+def _registered_group(trajectory: str) -> str:
+    """Return the group of a registered trajectory; files are not run for a report."""
+    if trajectory not in discovery.names("trajectories"):
+        return ""
+    try:
+        path = discovery.load("trajectories", trajectory)()  # type: ignore[operator]
+    except Exception:
+        # A plug-in that no longer loads costs its group, not the page.
+        return ""
+    return str(getattr(path, "group", ""))

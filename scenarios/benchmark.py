@@ -1,0 +1,205 @@
+"""Benchmark files: which controllers run on which motions with which loads, how often, and against which reference."""
+
+import difflib
+import tomllib
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field
+
+from ..controllers import InvalidInput, UnknownName
+from .loads import NO_MATERIAL, LoadSchedule, Payload
+from .validation import Names, Number, Record, read_toml, validate
+
+DEFAULT_TIER = "actuated"
+
+
+def _records(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
+Count = Annotated[int, Field(ge=1)]
+
+
+class LoadTable(Record):
+    """A load: everything beyond the flange, gripper included."""
+
+    mass: Number
+    material: str = NO_MATERIAL
+
+
+class EventTable(LoadTable):
+    """A load that hangs on the flange from a time on."""
+
+    at: Number
+
+
+class Sweep(Record):
+    """What a run table may say; what it leaves out, the benchmark says.
+
+    Attributes:
+        controllers: Names or doors.
+        knowledge: Levels; empty for all that can differ.
+        trajectories: Names or doors.
+        loads: Constant loads, each a cell of its own.
+        schedule: One load history with events, instead of ``loads``.
+        twins: Whether the load histories that events are judged against run too.
+        laps: Whole laps after the lead-in.
+        repetitions: How often every cell is repeated.
+    """
+
+    controllers: Names | None = None
+    knowledge: Names | None = None
+    trajectories: Names | None = None
+    loads: Annotated[tuple[LoadTable, ...], BeforeValidator(_records)] | None = None
+    schedule: Annotated[tuple[EventTable, ...], BeforeValidator(_records)] | None = None
+    twins: bool | None = None
+    laps: Count | None = None
+    repetitions: Count | None = None
+
+
+class Benchmark(Sweep):
+    """A benchmark file.
+
+    Attributes:
+        name: What reports call it.
+        version: Version of this form; the file calls it ``schema``.
+        title: One line.
+        description: What it is for.
+        reference: Label of the controller that all others are compared with, for example ``"flexiv_factory / none"``.
+        robot: Name or file of the robot.
+        tool: Name of the tool point, empty for the robot's first.
+        plant: Name of the plant, empty for PyBullet or, where it has no wheel, Pinocchio.
+        tier: Name of the tier.
+        lead_in: Duration of the start from rest [s].
+        latency: Ticks by which every command is late.
+        seed: Seed of the campaign.
+        settings: Controller name to keyword arguments.
+        run: Run tables; none means one that says nothing.
+    """
+
+    name: str
+    version: Annotated[int, Field(alias="schema", ge=1, le=1)] = 1
+    title: str = ""
+    description: str = ""
+    reference: str = ""
+    robot: str = "rizon4s"
+    tool: str = ""
+    plant: str = ""
+    tier: str = DEFAULT_TIER
+    lead_in: Number = 1.0
+    latency: int = 0
+    seed: Annotated[int, Field(ge=0)] = 1
+    settings: Annotated[dict[str, dict[str, object]], Field(default_factory=dict)]
+    run: Annotated[tuple[Sweep, ...], BeforeValidator(_records)] = ()
+
+    def sweeps(self) -> tuple[Sweep, ...]:
+        """Return the run tables, each with what the benchmark says where it says nothing itself.
+
+        Raises:
+            InvalidInput: If one has no controllers, trajectories or loads, or both loads and a schedule.
+        """
+        return tuple(self._completed(index, sweep) for index, sweep in enumerate(self.run or (Sweep(),)))
+
+    def _completed(self, index: int, sweep: Sweep) -> Sweep:
+        own = {name: getattr(sweep, name) for name in Sweep.model_fields if getattr(sweep, name) is not None}
+        inherited = {name: getattr(self, name) for name in Sweep.model_fields}
+        loaded = "loads" in own or "schedule" in own
+        if loaded:
+            inherited |= {"loads": None, "schedule": None}
+        full = Sweep.model_construct(**(inherited | own))
+        where = f"benchmark {self.name!r}, run {index + 1}"
+        if bool(full.loads) == bool(full.schedule):
+            raise InvalidInput(
+                "has both loads and a schedule" if full.loads else "has no load", where, "give one of them"
+            )
+        for name in ("controllers", "trajectories"):
+            if not getattr(full, name):
+                raise InvalidInput(f"has no {name}", where, f"give {name} = [...]")
+        return full
+
+
+def schedules(sweep: Sweep) -> tuple[LoadSchedule, ...]:
+    """Return the load histories of a completed run table."""
+    if sweep.schedule:
+        entries = ((event.at, Payload(mass=event.mass, material=event.material)) for event in sweep.schedule)
+        return (LoadSchedule(entries=tuple(entries)),)
+    return tuple(LoadSchedule.constant(Payload(mass=load.mass, material=load.material)) for load in sweep.loads or ())
+
+
+def benchmark_names() -> tuple[str, ...]:
+    """Return the names of the benchmarks that ship."""
+    folder = files(__package__) / "benchmarks"
+    return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
+
+
+def load_benchmark(
+    name: str, *, overrides: Mapping[str, object] | None = None, changes: Sequence[str] = ()
+) -> Benchmark:
+    """Read a benchmark.
+
+    Args:
+        name: Name of one that ships, or a file that ends in ``.toml``.
+        overrides: Keys that replace the file's, in its run tables too.
+        changes: ``key=value`` texts; dots lead into tables, values are TOML or else plain text.
+
+    Raises:
+        UnknownName: If no benchmark has the name.
+        InvalidInput: If the file or a change is wrong.
+    """
+    if name.endswith(".toml"):
+        table, where = read_toml(Path(name)), name
+    elif name in benchmark_names():
+        text = (files(__package__) / "benchmarks" / f"{name}.toml").read_text(encoding="utf-8")
+        table, where = tomllib.loads(text), f"benchmark {name!r}"
+    else:
+        raise UnknownName("benchmark", name, benchmark_names())
+    for key, value in (overrides or {}).items():
+        _replace(table, key, value)
+    for change in changes:
+        key, value = _parse_change(change)
+        if "." in key:
+            _descend(table, key, value)
+        else:
+            _replace(table, key, value)
+        where = f"{where} with --set {change}"
+    return validate(Benchmark, table, where=where)
+
+
+def _replace(table: dict[str, object], key: str, value: object) -> None:
+    """Set a key of the benchmark and take it out of its run tables."""
+    table[key] = value
+    for sweep in table.get("run", ()):  # type: ignore[attr-defined]
+        sweep.pop(key, None)
+        if key in ("loads", "schedule"):
+            sweep.pop("schedule" if key == "loads" else "loads", None)
+    if key in ("loads", "schedule"):
+        table.pop("schedule" if key == "loads" else "loads", None)
+
+
+def _descend(table: dict[str, object], key: str, value: object) -> None:
+    """Set a key inside nested tables."""
+    *path, last = key.split(".")
+    current = table
+    for part in path:
+        inner = current.setdefault(part, {})
+        if not isinstance(inner, dict):
+            raise InvalidInput(f"{part!r} is no table", f"--set {key}", "only settings.CONTROLLER.NAME has dots")
+        current = inner
+    current[last] = value
+
+
+def _parse_change(change: str) -> tuple[str, object]:
+    key, separator, text = change.partition("=")
+    if not separator or not key.strip():
+        raise InvalidInput(f"{change!r}", "--set", "expected key=value, for example laps=5")
+    if key.split(".")[0] not in Benchmark.model_fields and key != "schema":
+        nearest = difflib.get_close_matches(key, Benchmark.model_fields, n=1)
+        hint = f"did you mean {nearest[0]!r}?" if nearest else f"valid keys: {', '.join(Benchmark.model_fields)}"
+        raise InvalidInput(f"unknown key {key!r}", "--set", hint)
+    try:
+        return key.strip(), tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), text

@@ -1,0 +1,206 @@
+"""A campaign: what a benchmark asks for and the store does not hold yet, run and written as it finishes."""
+
+import shlex
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
+
+from ..controllers import InvalidInput
+from .benchmark import Benchmark
+from .digest import run_digest
+from .execution import Evaluate
+from .expansion import Expansion, expand
+from .gate import require, run_gate
+from .machine import commit, machine, machine_label, versions
+from .result import FAILED, RunResult
+from .specification import RunSpecification, twin_schedules
+from .store import Store
+from .workers import Duty, run_in_workers
+from .world import cached_plan, cached_robot
+
+UNMEASURED_SPEED = 20.0
+"""Assumed times real time per process for a controller that has no run in the store yet."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Campaign:
+    """A benchmark against a store.
+
+    Attributes:
+        benchmark: The benchmark.
+        expansion: All its runs.
+        addresses: Their addresses, in the same order.
+        mine: Positions of the runs of this shard.
+        pending: Those of them that are to be done.
+        plug_ins: Python objects behind controller names that no other door knows.
+    """
+
+    benchmark: Benchmark
+    expansion: Expansion
+    addresses: tuple[str, ...]
+    mine: tuple[int, ...]
+    pending: tuple[int, ...]
+    plug_ins: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def runs(self) -> tuple[RunSpecification, ...]:
+        """The runs that are to be done."""
+        return tuple(self.expansion.specifications[position] for position in self.pending)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finished:
+    """A run that was just written.
+
+    Attributes:
+        specification: The run.
+        results: The run and its twins.
+        simulated: Its simulated time, twins included [s].
+    """
+
+    specification: RunSpecification
+    results: tuple[RunResult, ...]
+    simulated: float
+
+    @property
+    def failed(self) -> bool:
+        """Whether the run or a twin failed."""
+        return any(result.status == FAILED for result in self.results)
+
+
+def plan_campaign(
+    benchmark: Benchmark,
+    statuses: Mapping[str, str],
+    *,
+    shard: tuple[int, int] = (1, 1),
+    retry_failed: bool = False,
+    plug_ins: Mapping[str, object] | None = None,
+) -> Campaign:
+    """Return what is to be done.
+
+    Args:
+        benchmark: The benchmark.
+        statuses: Address to status of what a store holds.
+        shard: Part i of n, counted from 1.
+        retry_failed: Whether failed runs are tried again.
+        plug_ins: Python objects behind controller names that no other door knows.
+
+    Raises:
+        TorquebenchError: If something the runs need is wrong.
+    """
+    expansion = expand(benchmark, plug_ins=plug_ins)
+    addresses = tuple(item.address(run_digest(item, plug_ins)) for item in expansion.specifications)
+    part, parts = shard
+    done = {address for address, status in statuses.items() if not (retry_failed and status == FAILED)}
+    mine = tuple(range(part - 1, len(addresses), parts))
+    return Campaign(
+        benchmark=benchmark,
+        expansion=expansion,
+        addresses=addresses,
+        mine=mine,
+        pending=tuple(position for position in mine if addresses[position] not in done),
+        plug_ins=plug_ins or {},
+    )
+
+
+def run_campaign(
+    campaign: Campaign, store: Store, *, evaluate: Evaluate, workers: int = 1, traces: str = "plot"
+) -> Iterator[Finished]:
+    """Do what is to be done: check the plant, run, write each run as it finishes.
+
+    Args:
+        campaign: What to do.
+        store: Where results go, open for writing.
+        evaluate: Scores a log; picklable.
+        workers: Number of processes.
+        traces: Which traces are kept, see :func:`~.execution.execute`.
+
+    Yields:
+        Each run after it was written.
+
+    Raises:
+        GateFailure: If the plant does not compute the arm's equations; nothing runs then.
+    """
+    if not campaign.pending:
+        return
+    store.put_campaign(datetime.now(UTC).isoformat(timespec="seconds"), _record(campaign, workers))
+    duty = Duty(evaluate=evaluate, traces=traces, plug_ins=campaign.plug_ins)
+    runs = campaign.runs
+    for job, results in run_in_workers(runs, duty, workers=workers):
+        specification = runs[job]
+        stamped = tuple(replace(result, timing={**result.timing, "machine": machine_label()}) for result in results)
+        store.put(campaign.addresses[campaign.pending[job]], specification, stamped)
+        yield Finished(specification=specification, results=stamped, simulated=simulated_time(specification))
+
+
+def _record(campaign: Campaign, workers: int) -> dict[str, object]:
+    """Return the provenance of a campaign; the gate is run here, and insisted on."""
+    benchmark, expansion = campaign.benchmark, campaign.expansion
+    robot = cached_robot(benchmark.robot, benchmark.tool)
+    plants = sorted({specification.plant for specification in campaign.runs})
+    checks = [check for plant in plants for check in run_gate(robot, plant)]
+    require(tuple(checks))
+    named = {"name": benchmark.name, "title": benchmark.title, "description": benchmark.description}
+    return {
+        "benchmark": {**named, "reference": expansion.reference},
+        "command": shlex.join(["torquebench", *sys.argv[1:]]),
+        "notes": list(expansion.notes),
+        "versions": versions(),
+        "commit": commit(),
+        "machine": machine(),
+        "seed": benchmark.seed,
+        "workers": workers,
+        "gate": [{**asdict(check), "passed": check.passed} for check in checks],
+    }
+
+
+def simulated_time(specification: RunSpecification) -> float:
+    """Return the simulated time of a run with its twins [s]."""
+    robot = cached_robot(specification.robot, specification.tool)
+    plan = cached_plan(robot, specification.trajectory, specification.lead_in)
+    histories = 1 + (len(twin_schedules(specification.schedule)) if specification.twins else 0)
+    return histories * (specification.lead_in + specification.laps * plan.period)
+
+
+def predicted_time(campaign: Campaign, store: Store | None, *, workers: int) -> tuple[float, float]:
+    """Return the simulated time of what is to be done, and the wall time that this machine will need [s].
+
+    Speeds are those of the store's own runs on this machine, controller by controller; without any, a guess.
+
+    Args:
+        campaign: What is to be done.
+        store: The store, None if there is none yet.
+        workers: Number of processes.
+    """
+    speeds = _known_speeds(store) if store is not None else {}
+    simulated = wall = 0.0
+    for specification in campaign.runs:
+        duration = simulated_time(specification)
+        simulated += duration
+        wall += duration / speeds.get(specification.controller, UNMEASURED_SPEED)
+    return simulated, wall / workers
+
+
+def _known_speeds(store: Store) -> dict[str, float]:
+    """Return the measured times real time, overheads included, by controller."""
+    totals: dict[str, list[float]] = {}
+    for run in store.runs():
+        timing = run.result.timing
+        if timing.get("machine") == machine_label() and timing.get("total_s"):
+            pair = totals.setdefault(run.specification.controller, [0.0, 0.0])
+            pair[0] += float(timing["simulated_s"])
+            pair[1] += float(timing["total_s"])
+    return {controller: simulated / wall for controller, (simulated, wall) in totals.items()}
+
+
+def parse_shard(text: str) -> tuple[int, int]:
+    """Return part and number of parts of ``i/n``.
+
+    Raises:
+        InvalidInput: If it is no such pair.
+    """
+    part, _, parts = text.partition("/")
+    if not (part.isdigit() and parts.isdigit() and 1 <= int(part) <= int(parts)):
+        raise InvalidInput(repr(text), "--shard", "expected i/n with 1 <= i <= n, for example 2/8")
+    return int(part), int(parts)

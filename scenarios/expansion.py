@@ -1,0 +1,155 @@
+"""From a benchmark to run specifications, everything checked that a run would stumble over."""
+
+import importlib.util
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..controllers import InvalidInput, UnknownName, build_controller, discovery, knowledge_levels
+from .benchmark import Benchmark, Sweep, schedules
+from .loads import LoadSchedule
+from .robots import Robot
+from .specification import RunSpecification
+from .tiers import build_tier
+from .world import cached_plan, cached_robot
+
+PREFERRED_PLANT, OTHER_PLANT = "pybullet", "pinocchio"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Expansion:
+    """The runs of a benchmark.
+
+    Attributes:
+        specifications: The runs in the order of the file, none twice.
+        reference: Label of the controller that all others are compared with.
+        notes: What a reader of the report should know about how it came to these runs.
+    """
+
+    specifications: tuple[RunSpecification, ...]
+    reference: str
+    notes: tuple[str, ...]
+
+
+def expand(benchmark: Benchmark, *, plug_ins: Mapping[str, object] | None = None) -> Expansion:
+    """Return the runs of a benchmark.
+
+    Args:
+        benchmark: The benchmark.
+        plug_ins: Python objects behind controller names that no other door knows.
+
+    Raises:
+        TorquebenchError: If a robot, plant, tier, trajectory, load, controller or setting is wrong.
+    """
+    notes: list[str] = []
+    plant = _plant(benchmark, notes)
+    robot = cached_robot(benchmark.robot, benchmark.tool)
+    build_tier(benchmark.tier, robot.tiers, robot.rotor_inertia)
+    found: dict[str, RunSpecification] = {}
+    used: set[str] = set()
+    for sweep in benchmark.sweeps():
+        histories = tuple(_checked(history, robot) for history in schedules(sweep))
+        for trajectory in sweep.trajectories or ():
+            cached_plan(robot, trajectory, benchmark.lead_in)
+        for controller in sweep.controllers or ():
+            used.add(controller)
+            settings = benchmark.settings.get(controller, {})
+            for level in _levels(controller, settings, sweep, plug_ins or {}):
+                for specification in _cells(benchmark, sweep, controller, settings, level, histories, plant):
+                    found[specification.as_json()] = specification
+    for name in benchmark.settings:
+        if name not in used:
+            raise UnknownName("controller in settings", name, sorted(used))
+    return Expansion(
+        specifications=tuple(found.values()),
+        reference=_reference(benchmark, [specification.label for specification in found.values()], notes),
+        notes=tuple(notes),
+    )
+
+
+def _plant(benchmark: Benchmark, notes: list[str]) -> str:
+    """Return the plant that the benchmark names, or the preferred one if it is installed."""
+    if benchmark.plant:
+        if ":" not in benchmark.plant and benchmark.plant not in discovery.names("plants"):
+            raise UnknownName("plant", benchmark.plant, discovery.names("plants"))
+        if benchmark.plant == PREFERRED_PLANT and importlib.util.find_spec(PREFERRED_PLANT) is None:
+            raise InvalidInput(
+                "PyBullet is not installed", "plant 'pybullet'", "it has wheels up to Python 3.11; use pinocchio"
+            )
+        return benchmark.plant
+    if importlib.util.find_spec(PREFERRED_PLANT) is not None:
+        return PREFERRED_PLANT
+    notes.append(
+        "PyBullet is not installed (it has no wheels beyond Python 3.11): "
+        "the Pinocchio plant computes the same equations."
+    )
+    return OTHER_PLANT
+
+
+def _checked(history: LoadSchedule, robot: Robot) -> LoadSchedule:
+    """Return a load history in its one spelling; the robot must be able to carry it."""
+    canonical = LoadSchedule(entries=tuple((time, load.canonical(robot)) for time, load in history.entries))
+    canonical.slots(robot)
+    return canonical
+
+
+def _levels(
+    controller: str, settings: Mapping[str, object], sweep: Sweep, plug_ins: Mapping[str, object]
+) -> tuple[str, ...]:
+    """Return the knowledge levels at which a configured controller runs."""
+    known = discovery.names("knowledge")
+    for level in sweep.knowledge or ():
+        if level not in known:
+            raise UnknownName("knowledge level", level, known)
+    factory = discovery.load("controllers", plug_ins.get(controller, controller))
+    built = build_controller(factory, settings, name=controller)
+    levels = knowledge_levels(built, known)
+    return tuple(level for level in levels if not sweep.knowledge or level in sweep.knowledge)
+
+
+def _cells(
+    benchmark: Benchmark,
+    sweep: Sweep,
+    controller: str,
+    settings: Mapping[str, object],
+    level: str,
+    histories: tuple[LoadSchedule, ...],
+    plant: str,
+) -> list[RunSpecification]:
+    """Return the runs of one controller at one knowledge level."""
+    return [
+        RunSpecification(
+            controller=controller,
+            settings=dict(settings),
+            knowledge=level,
+            trajectory=trajectory,
+            schedule=history,
+            twins=bool(sweep.twins) and bool(history.events),
+            robot=benchmark.robot,
+            tool=benchmark.tool,
+            plant=plant,
+            tier=benchmark.tier,
+            laps=sweep.laps or 3,
+            lead_in=benchmark.lead_in,
+            latency=benchmark.latency,
+            campaign=benchmark.seed,
+            repetition=repetition,
+        )
+        for trajectory in sweep.trajectories or ()
+        for history in histories
+        for repetition in range(sweep.repetitions or 1)
+    ]
+
+
+def _reference(benchmark: Benchmark, labels: list[str], notes: list[str]) -> str:
+    """Return the declared reference, or the first controller with a note if the declared one does not run."""
+    if not labels:
+        raise InvalidInput(
+            "has no runs", f"benchmark {benchmark.name!r}", "give controllers a knowledge level they take"
+        )
+    if benchmark.reference in labels:
+        return benchmark.reference
+    if benchmark.reference:
+        notes.append(
+            f"The declared reference {benchmark.reference!r} is not among the controllers: {labels[0]!r} stands in."
+        )
+    return labels[0]

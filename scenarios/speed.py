@@ -1,0 +1,188 @@
+"""How fast harness, plants and controllers are here: medians of repeats in one process, best of five."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..controllers import Observation, Target, discovery
+from .episode import Outcome, run_episode
+from .execution import Evaluate, execute
+from .loads import LoadSchedule, Payload
+from .plants.pybullet_plant import PyBulletPlant
+from .result import OK, Scores
+from .specification import RunSpecification
+from .world import World
+
+REPEATS = 5
+LOAD = LoadSchedule.constant(Payload(mass=2.5, material="sand"))
+TRAJECTORY = "T6"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figure:
+    """One measured figure.
+
+    Attributes:
+        name: What was measured.
+        value: The best of the repeats.
+        unit: Its unit.
+        bar: What it should keep to, None if there is no bar.
+        at_least: Whether the bar is a floor instead of a ceiling.
+    """
+
+    name: str
+    value: float
+    unit: str
+    bar: float | None = None
+    at_least: bool = False
+
+    @property
+    def met(self) -> bool:
+        """Whether the bar is kept."""
+        if self.bar is None:
+            return True
+        return self.value >= self.bar if self.at_least else self.value <= self.bar
+
+
+class Holding:
+    """A controller that costs nothing: it repeats the gravity torque of the start."""
+
+    knowledge_levels = ("oracle",)
+
+    def __init__(self, torque: np.ndarray) -> None:
+        self.torque = torque
+
+    def compute(self, observation: Observation, target: Target) -> np.ndarray:
+        """Return the same buffer every tick."""
+        return self.torque
+
+
+def measure_speed(plant: str, *, evaluate: Evaluate) -> tuple[Figure, ...]:
+    """Measure on one robot and motion.
+
+    Args:
+        plant: Name of the plant.
+        evaluate: Scores a log, part of the end-to-end figure.
+
+    Returns:
+        The figures, each the best of five repeats.
+    """
+    ideal, actuated = tick_time(plant, "ideal"), tick_time(plant, "actuated")
+    figures = [
+        Figure(name="tick without a controller, ideal", value=ideal, unit="us"),
+        Figure(name="tick without a controller, actuated", value=actuated, unit="us"),
+        Figure(name="actuated over ideal", value=actuated / ideal, unit="1", bar=2.0),
+    ]
+    world = World(_specification("computed_torque", plant, "ideal"), LOAD)
+    inside = plant_time(world)
+    harness = ideal - inside + wrench_time(world)
+    figures.append(Figure(name="plant step", value=inside, unit="us"))
+    figures.append(Figure(name="harness: sensors, target, limiter, log, wrench", value=harness, unit="us"))
+    if isinstance(world.plant, PyBulletPlant):
+        own = bullet_time(world.plant)
+        figures.append(Figure(name="PyBullet's own read, write and step", value=own, unit="us"))
+        figures.append(Figure(name="harness over PyBullet's own", value=harness / own, unit="1", bar=0.6))
+    world.plant.close()
+    factor = end_to_end("computed_torque", plant, evaluate)
+    figures.append(
+        Figure(name="computed torque, end to end", value=factor, unit="x real time", bar=40.0, at_least=True)
+    )
+    figures.append(Figure(name="flexiv_factory tick", value=call_time("flexiv_factory", plant), unit="us", bar=40.0))
+    figures.append(Figure(name="computed_torque tick", value=call_time("computed_torque", plant), unit="us"))
+    return tuple(figures)
+
+
+def tick_time(plant: str, tier: str) -> float:
+    """Return the time of one tick of the whole loop with a controller that costs nothing [us]."""
+
+    def once() -> float:
+        world = World(_specification("computed_torque", plant, tier), LOAD)
+        outcome = _hold(world)
+        world.plant.close()
+        return outcome.wall_time / len(outcome.log) * 1e6
+
+    return min(once() for _ in range(REPEATS))
+
+
+def call_time(controller: str, plant: str) -> float:
+    """Return the median time of one call of a controller in a running loop [us]."""
+
+    def once() -> float:
+        (result,) = execute(_specification(controller, plant, "ideal"), evaluate=_unscored, traces="none")
+        return float(result.timing["call_us_median"]) if result.status == OK else float("nan")
+
+    return min(once() for _ in range(REPEATS))
+
+
+def end_to_end(controller: str, plant: str, evaluate: Evaluate) -> float:
+    """Return simulated time over wall time of a whole run: world, reset, loop, metrics, trace."""
+    specification = _specification(controller, plant, "ideal")
+
+    def once() -> float:
+        (result,) = execute(specification, evaluate=evaluate)
+        return float(result.timing["simulated_s"]) / float(result.timing["total_s"])
+
+    return max(once() for _ in range(REPEATS))
+
+
+def plant_time(world: World) -> float:
+    """Return the time of one step of a plant, held at its start [us]."""
+    torque = world.plant.gravity()
+    return _best(lambda: world.plant.step(torque))
+
+
+def wrench_time(world: World) -> float:
+    """Return the time of one force and torque reading, which a plant's step contains [us]."""
+    return _best(world.plant.measure_wrench)
+
+
+def bullet_time(plant: PyBulletPlant) -> float:
+    """Return the time of PyBullet's own read, write and step, as a plain script would call them [us]."""
+    bullet, body, joints, client = plant.bullet, plant.body, plant.joints, plant.client
+    torque = plant.gravity().tolist()
+
+    def once() -> None:
+        bullet.getJointStates(body, joints, physicsClientId=client)
+        bullet.setJointMotorControlArray(body, joints, bullet.TORQUE_CONTROL, forces=torque, physicsClientId=client)
+        bullet.stepSimulation(physicsClientId=client)
+
+    return _best(once)
+
+
+def _hold(world: World) -> Outcome:
+    """Run an episode that only the plant's own motion could end, for at most a second of simulated time."""
+    world.times, world.table = world.times[:1000], world.table[:1000].copy()
+    world.table["q"] = world.table["q"][0]
+    provider = discovery.load("knowledge", "none")()  # type: ignore[operator]
+    return run_episode(world.episode(Holding(world.plant.gravity()), provider))
+
+
+def _specification(controller: str, plant: str, tier: str) -> RunSpecification:
+    return RunSpecification(
+        controller=controller,
+        trajectory=TRAJECTORY,
+        schedule=LOAD,
+        robot="rizon4s",
+        plant=plant,
+        tier=tier,
+        knowledge="oracle",
+        laps=5,
+    )
+
+
+def _unscored(_: object) -> Scores:
+    return Scores(metrics={})
+
+
+def _best(call: Callable[[], None], *, number: int = 500) -> float:
+    """Return the time of one call, best of the repeats [us]."""
+    call()
+    best = float("inf")
+    for _ in range(REPEATS):
+        begun = time.perf_counter()
+        for _ in range(number):
+            call()
+        best = min(best, time.perf_counter() - begun)
+    return best / number * 1e6

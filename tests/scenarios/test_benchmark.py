@@ -1,0 +1,145 @@
+"""Benchmark files: what they say, what they inherit, and what is said of wrong ones."""
+
+import pytest
+from torquebench.controllers import InvalidInput, UnknownName
+from torquebench.scenarios.benchmark import benchmark_names, load_benchmark, schedules
+from torquebench.scenarios.expansion import expand
+
+SMALL = """
+schema = 1
+name = "small"
+controllers = ["computed_torque"]
+trajectories = ["T1", "T6"]
+loads = [{ mass = 1.5 }, { mass = 3.5, material = "sand" }]
+laps = 1
+plant = "pinocchio"
+"""
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Writes a benchmark file and returns its name."""
+
+    def write(text):
+        file = tmp_path / "small.toml"
+        file.write_text(text)
+        return str(file)
+
+    return write
+
+
+def test_every_benchmark_that_ships_expands_and_names_a_reference_that_runs():
+    """A user's first command must not meet a typo of ours."""
+    for name in benchmark_names():
+        expansion = expand(load_benchmark(name))
+        labels = {specification.label for specification in expansion.specifications}
+        assert expansion.reference == load_benchmark(name).reference
+        assert expansion.reference in labels
+
+
+def test_a_benchmark_is_the_product_of_its_lists_at_every_level_that_can_differ(written):
+    """2 paths x 2 loads x 2 knowledge levels: nothing is left out and nothing is run twice."""
+    runs = expand(load_benchmark(written(SMALL))).specifications
+    cells = {(run.trajectory, run.schedule.entries[0][1].mass, run.knowledge) for run in runs}
+    assert len(runs) == len(cells) == 8
+    assert {run.knowledge for run in runs} == {"none", "oracle"}
+
+
+def test_a_run_table_says_what_differs_and_inherits_the_rest(written):
+    """Two controllers may run differently often in one file."""
+    text = (
+        SMALL + '[[run]]\nknowledge = ["none"]\n[[run]]\nloads = [{ mass = 2.0, material = "sand" }]\nrepetitions = 3\n'
+    )
+    runs = expand(load_benchmark(written(text))).specifications
+    assert sum(run.knowledge == "none" and run.schedule.entries[0][1].mass != 2.0 for run in runs) == 4
+    assert sum(run.schedule.entries[0][1].mass == 2.0 for run in runs) == 2 * 2 * 3
+
+
+def test_overlapping_run_tables_ask_for_a_run_once(written):
+    """The address is the run: asking twice must not double a controller's weight in the means."""
+    assert len(expand(load_benchmark(written(SMALL + "[[run]]\n[[run]]\n"))).specifications) == 8
+
+
+def test_a_schedule_replaces_loads_and_its_events_bring_twins(written):
+    """The resilience experiment: 1.5 kg, 3.5 kg at 12 s, 1.5 kg at 24 s."""
+    events = "[{ at = 0, mass = 1.5 }, { at = 12, mass = 3.5, material = 'sand' }, { at = 24, mass = 1.5 }]"
+    text = SMALL + f"[[run]]\nschedule = {events}\ntwins = true\nlaps = 12\n"
+    benchmark = load_benchmark(written(text))
+    (history,) = schedules(benchmark.sweeps()[0])
+    assert history.events == (12.0, 24.0)
+    assert all(run.twins for run in expand(benchmark).specifications)
+
+
+def test_a_change_reaches_run_tables_too(written):
+    """--set laps=2 means the whole benchmark, also where a run table said otherwise."""
+    text = SMALL + "[[run]]\nlaps = 5\n"
+    changed = load_benchmark(
+        written(text), changes=["laps=2", 'trajectories=["T3"]', "settings.computed_torque.bandwidth=25"]
+    )
+    runs = expand(changed).specifications
+    assert {(run.laps, run.trajectory) for run in runs} == {(2, "T3")}
+    assert all(run.settings == {"bandwidth": 25} for run in runs)
+
+
+def test_the_empty_container_has_one_spelling(written):
+    """1.5 kg of sand is 1.5 kg without a material: the paper's grid has one such cell, not two."""
+    text = SMALL.replace("{ mass = 1.5 }", "{ mass = 1.5 }, { mass = 1.5, material = 'sand' }")
+    masses = [run.schedule.entries[0][1] for run in expand(load_benchmark(written(text))).specifications]
+    assert sum(load.mass == 1.5 for load in masses) == 4
+    assert {load.material for load in masses if load.mass == 1.5} == {"none"}
+
+
+def test_a_missing_reference_is_replaced_and_noted(written):
+    """A report without its reference would have nothing to compare with; silently taking another would mislead."""
+    expansion = expand(
+        load_benchmark(written(SMALL.replace("laps = 1", 'laps = 1\nreference = "flexiv_factory / none"')))
+    )
+    assert expansion.reference == "computed_torque / none"
+    assert "flexiv_factory / none" in expansion.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("laps = 1", "lap = 1", "did you mean 'laps'"),
+        ("laps = 1", "laps = 0", "laps = 0"),
+        ("laps = 1", 'laps = "two"', "laps = 'two'"),
+        ("mass = 1.5", "mess = 1.5", "did you mean 'mass'"),
+        ("mass = 1.5", "mass = -1.0", "mass -1 kg"),
+        ("mass = 1.5", "mass = 0.5", "below the gripper"),
+        ("mass = 1.5", "mass = 2.5", "without a material"),
+        ("mass = 3.5", "mass = 300.0", "holds more than 0 and up to"),
+        ('"sand"', '"snad"', "did you mean 'sand'"),
+        ('"T6"', '"T9"', "unknown trajectory 'T9'"),
+        ('"computed_torque"', '"computed_torqe"', "did you mean 'computed_torque'"),
+        ('plant = "pinocchio"', 'plant = "pinoccio"', "did you mean 'pinocchio'"),
+        ("laps = 1", 'laps = 1\nrobot = "rizon"', "did you mean 'rizon4s'"),
+        ("laps = 1", 'laps = 1\ntier = "actuate"', "did you mean 'actuated'"),
+        ("laps = 1", 'laps = 1\ntool = "griper"', "did you mean 'gripper'"),
+        ("laps = 1", 'laps = 1\nknowledge = ["orcale"]', "did you mean 'oracle'"),
+        ("laps = 1", "laps = 1\nsettings.computed_torque.width = 3", "width"),
+        ("laps = 1", "laps = 1\nsettings.computed_tork.width = 3", "did you mean 'computed_torque'"),
+        ("schema = 1", "schema = 2", "schema = 2"),
+        ("laps = 1", "laps = 1 1", "malformed TOML"),
+    ],
+)
+def test_wrong_input_is_one_line_that_names_what_came_and_what_is_valid(written, old, new, says):
+    """A user mends a file from one line; nobody reads a traceback."""
+    text = SMALL.replace(old, new, 1)
+    with pytest.raises((InvalidInput, UnknownName)) as caught:
+        expand(load_benchmark(written(text)))
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_benchmark_names_the_nearest():
+    """``torquebench run quik``."""
+    with pytest.raises(UnknownName, match="did you mean 'quick'"):
+        load_benchmark("quik")
+
+
+@pytest.mark.parametrize("change", ["laps", "=3", "lapps=3", "settings=3"])
+def test_a_change_that_cannot_be_made_says_so(change):
+    """--set is typed by hand."""
+    with pytest.raises(InvalidInput):
+        expand(load_benchmark("quick", changes=[change]))

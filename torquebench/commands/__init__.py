@@ -1,0 +1,1 @@
+"""The commands, one file each; the group loads a file when its command is used."""

@@ -1,0 +1,38 @@
+"""``torquebench list``: everything that has a name."""
+
+import json
+
+import click
+
+BENCHMARKS = "benchmarks"
+
+
+@click.command("list")
+@click.argument("kind", default="")
+@click.option("--json", "as_json", is_flag=True, help="Print names and origins as JSON.")
+def command(kind: str, as_json: bool) -> None:
+    """List the names of KIND (controllers, knowledge, trajectories, ...), or of all kinds; imports no plug-in."""
+    from ..controllers import UnknownName, discovery
+
+    kinds = (BENCHMARKS, *discovery.KINDS)
+    if kind and kind not in kinds:
+        raise UnknownName("kind", kind, kinds)
+    found = {name: _names(name) for name in ([kind] if kind else kinds)}
+    if as_json:
+        click.echo(json.dumps(found, indent=2))
+        return
+    for name, entries in found.items():
+        click.echo(f"{name}:")
+        for entry, origin in entries.items():
+            click.echo(f"  {entry:34s} {origin}")
+
+
+def _names(kind: str) -> dict[str, str]:
+    """Return name to origin."""
+    from ..controllers import discovery
+
+    if kind != BENCHMARKS:
+        return {name: point.value for name, point in discovery.registered(kind).items()}
+    from ..scenarios.benchmark import benchmark_names, load_benchmark
+
+    return {name: load_benchmark(name).title for name in benchmark_names()}

@@ -1,0 +1,24 @@
+"""Joins harness and metrics: scores a log in the worker, at full rate."""
+
+from .evaluation.metrics import error_by_lap, evaluate, orientation_error_by_lap
+from .scenarios.log import RunLog
+from .scenarios.result import Scores
+
+
+def score(log: RunLog) -> Scores:
+    """Return all metrics of a log by window, and the errors of each whole lap.
+
+    Args:
+        log: A finished run.
+    """
+    values = evaluate(log)
+    scored = log.t >= -0.5 * log.dt
+    position = error_by_lap(log.p[scored], log.p_ref[scored], log.lap, log.dt)
+    orientation = orientation_error_by_lap(log.quat[scored], log.quat_ref[scored], log.lap, log.dt)
+    return Scores(
+        metrics={window: {name: value.as_dict() for name, value in found.items()} for window, found in values.items()},
+        laps={
+            "tcp_position_error_mean": position.tolist(),
+            "tcp_orientation_error_mean": orientation.tolist(),
+        },
+    )
