@@ -129,7 +129,9 @@ class RobotModel:
         acceleration = pin.getFrameClassicalAcceleration(model, data, self.tool_id, _WORLD_ALIGNED)
         np.copyto(state.jacobian_bias, acceleration.vector)
         pin.computeJointJacobians(model, data)
-        np.copyto(state.jacobian, pin.getFrameJacobian(model, data, self.tool_id, _WORLD_ALIGNED))
+        # Of a single joint Pinocchio returns a vector.
+        jacobian = pin.getFrameJacobian(model, data, self.tool_id, _WORLD_ALIGNED)
+        np.copyto(state.jacobian, jacobian.reshape(6, self.n))
         np.copyto(state.position, self._position)
         np.copyto(state.rotation, self._rotation)
         pin.nonLinearEffects(model, data, q, dq)
@@ -174,7 +176,8 @@ class RobotModel:
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the tool jacobian, base-aligned, linear before angular, shape (6, n); a new array."""
-        return np.array(pin.computeFrameJacobian(self.model, self.data, q, self.tool_id, _WORLD_ALIGNED))
+        jacobian = pin.computeFrameJacobian(self.model, self.data, q, self.tool_id, _WORLD_ALIGNED)
+        return np.array(jacobian).reshape(6, self.n)
 
     def tool_path(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the tool poses along a joint path.

@@ -1,19 +1,20 @@
-"""A controller of one's own: joint PD with gravity compensation."""
+"""mine.py: feedback linearisation with a PD outer law."""
+
+from dataclasses import dataclass
 
 import numpy as np
+from torquebench import Controller, Observation, Target, Task
 
 
-class Mine:
-    """Torque from position and velocity error; the gravity of whatever load the task lets it know."""
+@dataclass(kw_only=True)
+class Mine(Controller):
+    stiffness: float = 400.0  # [1/s^2]
+    damping: float = 40.0  # [1/s]
 
-    def __init__(self, stiffness=400.0, damping=40.0):
-        self.stiffness, self.damping = stiffness, damping
-
-    def reset(self, task):
-        """Take the model; it carries the payload that the task's knowledge level grants."""
+    def reset(self, task: Task) -> None:
         self.robot = task.robot
 
-    def compute(self, observation, target) -> np.ndarray:
-        """Return the joint torque, shape (n,) [N m]."""
+    def compute(self, observation: Observation, target: Target) -> np.ndarray:
         error, error_rate = target.q - observation.q, target.dq - observation.dq
-        return self.stiffness * error + self.damping * error_rate + self.robot.gravity(observation.q)
+        acceleration = target.ddq + self.stiffness * error + self.damping * error_rate
+        return self.robot.inverse_dynamics(observation.q, observation.dq, acceleration)

@@ -155,7 +155,7 @@ def _run_controller(world: World, role: str, controller: object, evaluate: Evalu
         ledger=ledger,
         counts=_counts(outcome, operations),
         timing=_timing(outcome, reset_time, world.tier.period),
-        provenance={"plant": world.plant.name, "payload": world.truth.parameters.tolist()},
+        provenance={"group": world.plan.group, "plant": world.plant.name, "payload": world.truth.parameters.tolist()},
         trace=_trace(log, outcome, traces),
     )
 

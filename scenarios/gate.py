@@ -12,13 +12,22 @@ import pinocchio as pin
 
 from ..controllers import TorquebenchError, discovery
 from .loads import LoadSchedule, Payload
+from .materials import SAND_DENSITY
 from .plants.plant import Plant
 from .plants.pybullet_plant import PyBulletPlant
 from .robots import Robot
 from .tiers import Tier, build_tier
 
-EMPTY = Payload(mass=1.5)
-HEAVY = Payload(mass=3.5, material="sand")
+
+def empty(robot: Robot) -> Payload:
+    """Return gripper and empty container, 1.5 kg on the Rizon 4s."""
+    return Payload(mass=robot.gripper_mass + robot.container.mass)
+
+
+def heavy(robot: Robot) -> Payload:
+    """Return the container with 2 kg of sand, or nearly full if it holds less."""
+    content = min(2.0, 0.9 * SAND_DENSITY * robot.container.volume)
+    return Payload(mass=empty(robot).mass + content, material="sand")
 
 
 class GateFailure(TorquebenchError):
@@ -87,8 +96,8 @@ def one_step(robot: Robot, plant: str, rng: np.random.Generator, states: int) ->
     """Return the largest relative error of a step's acceleration, with no, a third of and full rotor inertia."""
     worst = 0.0
     for scale in (0.0, 1.0 / 3.0, 1.0):
-        body, tier = _plant(robot, plant, HEAVY, scale)
-        oracle = _oracle(robot, tier, HEAVY)
+        body, tier = _plant(robot, plant, heavy(robot), scale)
+        oracle = _oracle(robot, tier, heavy(robot))
         for q, dq, torque in _states(robot, rng, states):
             body.reset(q, dq)
             body.step(torque)
@@ -100,7 +109,7 @@ def one_step(robot: Robot, plant: str, rng: np.random.Generator, states: int) ->
 
 def position_update(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> float:
     """Return the largest deviation from q+ = q + h dq+, as far as a float64 can hold it [rad]."""
-    body, tier = _plant(robot, plant, HEAVY)
+    body, tier = _plant(robot, plant, heavy(robot))
     worst = 0.0
     for q, dq, torque in _states(robot, rng, states):
         body.reset(q, dq)
@@ -112,7 +121,7 @@ def position_update(robot: Robot, plant: str, rng: np.random.Generator, states: 
 
 def load_switch(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> float:
     """Return the largest relative error of the acceleration after a load was put on, and after it was taken off."""
-    schedule = LoadSchedule(entries=((0.0, EMPTY), (1.0, HEAVY), (2.0, EMPTY)))
+    schedule = LoadSchedule(entries=((0.0, empty(robot)), (1.0, heavy(robot)), (2.0, empty(robot))))
     _, switches = schedule.slots(robot)
     body, tier = _plant(robot, plant, schedule)
     worst = 0.0
@@ -132,13 +141,13 @@ def replay(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> f
     """Return 0 if a fresh plant, the same plant reset and a restart from (q, dq) agree to the bit, else 1."""
     q, dq, _ = next(_states(robot, rng, 1))
     torques = [torque for _, _, torque in _states(robot, rng, max(8, states))]
-    first, _ = _plant(robot, plant, HEAVY)
+    first, _ = _plant(robot, plant, heavy(robot))
     path = _trajectory(first, q, 0.1 * dq, torques)
     again = _trajectory(first, q, 0.1 * dq, torques)
     half = len(torques) // 2
     n = robot.n
     restarted = _trajectory(first, path[half - 1, :n].copy(), path[half - 1, n:].copy(), torques[half:])
-    second, _ = _plant(robot, plant, HEAVY)
+    second, _ = _plant(robot, plant, heavy(robot))
     fresh = _trajectory(second, q, 0.1 * dq, torques)
     first.close()
     second.close()
@@ -148,8 +157,8 @@ def replay(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> f
 
 def force_at_rest(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> float:
     """Return the largest error of the force reading of a load held at rest [N, N m]."""
-    body, _ = _plant(robot, plant, HEAVY)
-    carried = [*robot.gripper_bodies, *HEAVY.bodies(robot)]
+    body, _ = _plant(robot, plant, heavy(robot))
+    carried = [*robot.gripper_bodies, *heavy(robot).bodies(robot)]
     model = robot.model()
     worst = 0.0
     for q in (robot.home, *(q for q, _, _ in _states(robot, rng, 3))):
@@ -173,10 +182,10 @@ CHECKS: tuple[tuple[str, Callable[[Robot, str, np.random.Generator, int], float]
 
 def _inertia_checks(robot: Robot, plant: str, states: int) -> Iterator[GateCheck]:
     """Compare PyBullet's own mass matrix and inverse dynamics with Pinocchio's; other plants have no second opinion."""
-    body, tier = _plant(robot, plant, HEAVY, 0.0)
+    body, tier = _plant(robot, plant, heavy(robot), 0.0)
     if not isinstance(body, PyBulletPlant):
         return
-    oracle = _oracle(robot, tier, HEAVY)
+    oracle = _oracle(robot, tier, heavy(robot))
     data = oracle.createData()
     mass, torque_error = 0.0, 0.0
     for q, dq, ddq in _states(robot, np.random.default_rng(1), states):

@@ -136,9 +136,9 @@ class Store:
         return [{"started": started, **json.loads(record)} for started, record in rows]
 
     def runs(self) -> list[StoredRun]:
-        """Return all rows, ordered by address and role."""
+        """Return all rows in the order in which they were written, the newest last."""
         with _storage_errors(self.folder):
-            rows = self._connection.execute("SELECT * FROM runs ORDER BY address, role").fetchall()
+            rows = self._connection.execute("SELECT * FROM runs ORDER BY rowid").fetchall()
         return [_stored(row) for row in rows]
 
     def trace(self, address: str) -> dict[str, np.ndarray]:

@@ -35,7 +35,7 @@ def rod(name, *, mass, length):
     across, along = mass * length**2 / 12, mass * 0.03**2 / 2
     return (
         f'<link name="{name}"><inertial><origin xyz="0.01 -0.02 {length / 2}" rpy="0 0 0"/><mass value="{mass}"/>'
-        f'<inertia ixx="{across}" ixy="{0.05 * along}" ixz="0" iyy="{1.1 * across}" iyz="0" izz="{along}"/>'
+        f'<inertia ixx="{across}" ixy="{0.05 * along}" ixz="0" iyy="{0.98 * across}" iyz="0" izz="{along}"/>'
         f"</inertial></link>"
     )
 
@@ -79,7 +79,7 @@ def point_masses_urdf():
     )
 
 
-AXES = {2: "yy", 6: "zyyzyz", 7: "zyzyzyz"}
+AXES = {1: "y", 2: "yy", 6: "zyyzyz", 7: "zyzyzyz"}
 
 
 @pytest.fixture(scope="session")
@@ -90,7 +90,7 @@ def urdf_of():
 
 @pytest.fixture
 def arm_of():
-    """Builds the model of a chain of n = 2, 6 or 7 rods with rotor inertia."""
+    """Builds the model of a chain of n = 1, 2, 6 or 7 rods with rotor inertia."""
 
     def build(n, *, rotor=0.2):
         inertia = np.full(n, rotor)

@@ -3,7 +3,9 @@
 import re
 import shlex
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -102,3 +104,28 @@ def test_python_that_is_quoted_compiles(page):
     for language, body in FENCE.findall(page.read_text(encoding="utf-8")):
         if language == "python":
             compile(body, page.name, "exec")
+
+
+def own_controller(page: Path) -> str:
+    """Return the controller of one's own that a page shows."""
+    return next(body for language, body in FENCE.findall(page.read_text(encoding="utf-8")) if language == "python")
+
+
+def test_the_controller_of_the_readme_is_that_of_the_docs():
+    """Who reads on must not find another law."""
+    assert own_controller(ROOT / "README.md") == own_controller(ROOT / "docs" / "writing-a-controller.md")
+    assert own_controller(ROOT / "README.md").count("\n") <= 20
+
+
+def test_the_controller_of_the_readme_holds_an_arm_at_rest(tmp_path):
+    """On its plan and at rest the law of the README is the gravity torque, and its file is a door."""
+    from torquebench.controllers import build_controller, discovery
+    from torquebench.scenarios.robots import load_robot
+
+    file = tmp_path / "mine.py"
+    file.write_text(own_controller(ROOT / "README.md"), encoding="utf-8")
+    mine = build_controller(discovery.load("controllers", f"{file}:Mine"), {"stiffness": 100.0}, name="Mine")
+    robot = load_robot("rizon4s")
+    rest = SimpleNamespace(q=robot.home, dq=np.zeros(robot.n), ddq=np.zeros(robot.n))
+    mine.reset(SimpleNamespace(robot=robot.model()))
+    assert mine.compute(rest, rest) == pytest.approx(robot.model().gravity(robot.home), abs=1e-12)

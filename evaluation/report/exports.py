@@ -11,14 +11,26 @@ from ..comparison import Comparison
 from ..intervals import Interval
 from ..metrics import METRICS
 from ..summary import Summary
-from .account_tables import ledger_of
+from .fairness import ledger_of
 from .findings import COMPARED, HEADLINES, SUMMARISED, Findings
 from .sentences import failure_sentence, lead_sentences, unranked_sentence
 from .worlds import Run
 
 SCHEMA = 1
 
-SPECIFICATION = ("trajectory", "robot", "tool", "plant", "tier", "laps", "lead_in", "latency", "campaign", "repetition", "twins")
+SPECIFICATION = (
+    "trajectory",
+    "robot",
+    "tool",
+    "plant",
+    "tier",
+    "laps",
+    "lead_in",
+    "latency",
+    "campaign",
+    "repetition",
+    "twins",
+)
 """Fields of the specification that stand in runs.csv as they are."""
 
 
@@ -27,7 +39,18 @@ def runs_csv(findings: Sequence[Findings]) -> str:
     runs = [(found, run) for found in findings for run in (*found.world.runs, *found.world.twins)]
     metrics = _metric_columns([run for _, run in runs])
     timings = sorted({name for _, run in runs for name in run.stored.result.timing})
-    header = ["world", "label", "controller", "settings", "knowledge", "group", "mass [kg]", "material", "load", *SPECIFICATION]
+    header = [
+        "world",
+        "label",
+        "controller",
+        "settings",
+        "knowledge",
+        "group",
+        "mass [kg]",
+        "material",
+        "load",
+        *SPECIFICATION,
+    ]
     header += ["role", "address", "status", "cause", "reason", "failed_at [s]"]
     header += [f"{window}.{metric} [{unit}]" for window, metric, unit in metrics]
     header += [f"timing.{name}" for name in timings]
@@ -60,7 +83,10 @@ def summary_json(findings: Sequence[Findings], campaigns: Sequence[Mapping[str, 
         "schema": SCHEMA,
         "worlds": [_world(found) for found in findings],
         "metrics": {
-            name: {field: getattr(METRICS[name], field) for field in ("label", "unit", "better", "family", "source", "version")}
+            name: {
+                field: getattr(METRICS[name], field)
+                for field in ("label", "unit", "better", "family", "source", "version")
+            }
             for name in SUMMARISED
         },
         "campaigns": list(campaigns),
@@ -88,7 +114,7 @@ def _world(found: Findings) -> dict[str, object]:
         "comparisons": [
             _comparison(found, comparison) for metric in COMPARED for comparison in found.comparisons[metric].values()
         ],
-        "against_next": [_comparison(found, lead.against_next) for lead in found.leads if lead.against_next is not None],
+        "against_next": [_comparison(found, pair) for lead in found.leads if (pair := lead.against_next) is not None],
         "failed": [
             {
                 "controller": run.row.controller, "trajectory": run.row.trajectory, "load": run.load,

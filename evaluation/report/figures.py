@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 from ..comparison import Comparison
 from ..metrics import METRICS
+from .cells import failed_as
 from .findings import Findings
 from .numbers import ratio_text, significant, unit_on_page
 from .scale import LogScale
 from .sentences import SUBJECTS
-from .tracking_tables import failed_as
 
 ROW_HEIGHT = 44
 """Height of a figure's row: a line of text above a line of marks [px]."""
@@ -132,7 +132,9 @@ def trajectory_figure(findings: Findings, metric: str) -> Figure | None:
         mean = shown.of(summaries[label].mean or 0.0)
         marks.append(Mark(scale.percent(mean), "bar", f"mean: {significant(mean)} {shown.text}"))
         failed = summaries[label].failures
-        text = f"mean {significant(mean)} {shown.text}" + (f" ({failed} failed, as {failed_as(metric)})" if failed else "")
+        text = f"mean {significant(mean)} {shown.text}" + (
+            f" ({failed} failed, as {failed_as(metric)})" if failed else ""
+        )
         lines.append(Line(label, text, f"#{findings.runs_anchor(label)}", marks))
     return Figure(
         id=f"{world.id}-dots-{subject}",

@@ -120,7 +120,8 @@ class Findings:
 
     def timing(self, label: str, name: str) -> float | None:
         """Return the median over a controller's runs of one of their wall times."""
-        times = [run.stored.result.timing[name] for run in self.runs_of(label) if name in run.stored.result.timing]
+        timings = (run.stored.result.timing for run in self.runs_of(label))
+        times = [float(timing[name]) for timing in timings if name in timing]
         return float(np.median(times)) if times else None
 
     def by_lap(self, metric: str) -> dict[str, list[float]]:

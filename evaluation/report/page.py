@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from . import account_tables, tracking_tables
+from . import fairness, headline, pairs, records, run_tables, split_tables
 from .figures import Figure, ratio_figure, trajectory_figure
-from .findings import HEADLINES, Findings
+from .findings import COMPARED, HEADLINES, Findings
 from .sentences import facts_in_words, failure_sentence, lead_sentences, unranked_sentence
 from .table import Table
 from .worlds import differing_facts
@@ -35,7 +35,7 @@ class Section:
         knowledge: Table of knowledge levels.
         tuning: Table of tuning budgets.
         ledger: Table of settings.
-        comparisons: Table of comparisons.
+        comparisons: Tables of comparisons, those of the headline metrics first.
         runs: Label and runs of each controller.
         twins: Table of twins.
     """
@@ -57,7 +57,7 @@ class Section:
     knowledge: Table
     tuning: Table
     ledger: Table
-    comparisons: Table
+    comparisons: Sequence[Table]
     runs: Sequence[tuple[str, Table]]
     twins: Table
 
@@ -85,16 +85,16 @@ def render(findings: Sequence[Findings], campaigns: Sequence[Mapping[str, object
         title=title,
         description=description,
         sections=[_section(found, differing) for found in findings],
-        definitions=account_tables.definition_table(),
+        definitions=records.definition_table(),
         campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
     )
 
 
 def _section(found: Findings, differing: Sequence[str]) -> Section:
     world = found.world
-    dots = [(trajectory_figure(found, metric), tracking_tables.trajectory_table(found, metric)) for metric in HEADLINES]
+    dots = [(trajectory_figure(found, metric), split_tables.trajectory_table(found, metric)) for metric in HEADLINES]
     ratios = [ratio_figure(found, metric) for metric in HEADLINES]
-    laps = [tracking_tables.lap_table(found, metric) for metric in found.lap_metrics if found.by_lap(metric)]
+    laps = [split_tables.lap_table(found, metric) for metric in found.lap_metrics if found.by_lap(metric)]
     return Section(
         id=world.id,
         title=", ".join(f"{name.lower()} {world.facts[name]}" for name in differing),
@@ -103,19 +103,19 @@ def _section(found: Findings, differing: Sequence[str]) -> Section:
         unranked=unranked_sentence(found),
         facts=facts_in_words(found),
         doubles=world.doubles,
-        headline=tracking_tables.headline_table(found),
+        headline=headline.headline_table(found),
         ratios=[figure for figure in ratios if figure is not None],
         dots=[(figure, table) for figure, table in dots if figure is not None],
-        masses=[tracking_tables.mass_table(found, metric) for metric in HEADLINES],
-        shape=tracking_tables.shape_table(found),
+        masses=[split_tables.mass_table(found, metric) for metric in HEADLINES],
+        shape=split_tables.shape_table(found),
         laps=laps,
-        failed=account_tables.failure_table(found),
-        knowledge=account_tables.knowledge_table(found),
-        tuning=account_tables.tuning_table(found),
-        ledger=account_tables.ledger_table(found),
-        comparisons=account_tables.comparison_table(found),
-        runs=[(label, account_tables.run_table(found, label)) for label in found.order],
-        twins=account_tables.twin_table(found),
+        failed=run_tables.failure_table(found),
+        knowledge=fairness.knowledge_table(found),
+        tuning=fairness.tuning_table(found),
+        ledger=fairness.ledger_table(found),
+        comparisons=[pairs.comparison_table(found, metric) for metric in COMPARED if found.comparisons[metric]],
+        runs=[(label, run_tables.run_table(found, label)) for label in found.order],
+        twins=run_tables.twin_table(found),
     )
 
 
@@ -134,7 +134,9 @@ def _campaign(number: int, record: Mapping[str, object]) -> dict[str, object]:
     """Return a campaign's record as lists of words; what is missing is left out."""
     benchmark, machine = _mapping(record, "benchmark"), _mapping(record, "machine")
     named = {"Benchmark": benchmark.get("name"), "Reference": benchmark.get("reference")}
-    plain = {name.capitalize(): record.get(name) for name in ("started", "command", "commit", "digest", "seed", "workers")}
+    plain = {
+        name.capitalize(): record.get(name) for name in ("started", "command", "commit", "digest", "seed", "workers")
+    }
     host = {f"Machine: {name}": value for name, value in machine.items()}
     facts = [(name, str(value)) for name, value in {**named, **plain, **host}.items() if value not in (None, "")]
     notes = record.get("notes")
@@ -144,7 +146,7 @@ def _campaign(number: int, record: Mapping[str, object]) -> dict[str, object]:
         "facts": facts,
         "versions": versions,
         "notes": [str(note) for note in notes] if isinstance(notes, list | tuple) else [],
-        "gate": account_tables.gate_table(number, record.get("gate")),
+        "gate": records.gate_table(number, record.get("gate")),
     }
 
 

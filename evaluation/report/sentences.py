@@ -6,6 +6,10 @@ from ..comparison import Comparison
 from ..metrics import METRICS
 from .findings import ORIENTATION, POSITION, Findings, Lead
 from .numbers import p_value, ratio_text, significant, times_lower, unit_on_page
+from .worlds import CONSTANT
+
+PRACTICALLY_EQUAL = "practically equal"
+"""The remark of a comparison whose whole interval nobody would change a controller for."""
 
 SUBJECTS = {POSITION: "position", ORIENTATION: "orientation"}
 
@@ -77,7 +81,7 @@ def _first(findings: Findings, lead: Lead) -> str:
     if len(world.labels) == 1:
         return f"{first} ran alone: mean {subject} error {mean}; there is nothing to compare it with."
     claim = f"{first} has the lowest mean {subject} error: {mean}"
-    if lead.against_next is not None and lead.against_next.verdict == "better":
+    if lead.against_next is not None and _ahead(lead.against_next):
         claim = f"{first} tracked best in {subject}: mean error {mean}"
     if first == world.reference:
         return f"{claim}; it is the declared reference."
@@ -98,9 +102,16 @@ def _next(findings: Findings, lead: Lead) -> list[str]:
     if pair is None or pair.reference == findings.world.reference:
         return []
     second = f"{pair.reference} ({_mean(findings, lead.metric, pair.reference)})"
-    if pair.verdict == "better":
+    if _ahead(pair):
         return [f"Next comes {second}: {pair.controller} is {times_lower(pair.gmr)} ({ratio_in_words(pair)})."]
+    if pair.verdict == "better":
+        return [f"The next, {second}, is practically equal ({ratio_in_words(pair)})."]
     return [f"Between it and the next, {second}, {_undecided(pair)}."]
+
+
+def _ahead(pair: Comparison) -> bool:
+    """Return whether the first is ahead of the second by more than nobody would care about."""
+    return pair.verdict == "better" and PRACTICALLY_EQUAL not in pair.remarks
 
 
 def _family(lead: Lead) -> list[str]:
@@ -110,13 +121,13 @@ def _family(lead: Lead) -> list[str]:
         return []
     corrected = "" if family.p_holm is None else f" (corrected p = {p_value(family.p_holm)})"
     return [
-        f"Exploratory: as one of {family.family} comparisons over {family.n_trajectories} trajectories{corrected} "
-        "there is not enough to decide."
+        f"Exploratory: {family.n_trajectories} trajectories are not enough to decide all {family.family} comparisons "
+        f"with the reference at once{corrected}."
     ]
 
 
 def _undecided(comparison: Comparison) -> str:
-    reasons = [remark for remark in comparison.remarks if remark in ("practically equal", "depends on the average used")]
+    reasons = [remark for remark in comparison.remarks if remark in (PRACTICALLY_EQUAL, "depends on the average used")]
     if comparison.interval_new_motions is not None and "too few trajectories" in comparison.remarks:
         reasons.append("too few trajectories")
     return f"there is not enough to decide ({'; '.join([ratio_in_words(comparison), *reasons])})"
@@ -148,13 +159,18 @@ def facts_in_words(findings: Findings) -> list[tuple[str, str]]:
     repetitions = len({run.row.repetition for run in runs})
     groups = {run.row.trajectory: run.row.group for run in runs}
     return [
-        *((name, value) for name, value in world.facts.items() if name != "Load history" or value != "constant load"),
+        *((name, value) for name, value in world.facts.items() if value != CONSTANT),
         ("Trajectories", f"{len(groups)}: {_grouped(groups)}"),
         ("Loads", f"{', '.join(loads)} (all beyond the flange, gripper included)" if loads else "none"),
         ("Controllers", f"{len(world.labels)}, each knowledge level a row of its own"),
         ("Repetitions", str(repetitions)),
         ("Runs", f"{len(runs)}" + (f" and {len(world.twins)} twins, listed apart" if world.twins else "")),
-        ("Reference", world.reference + ("" if world.has_reference else " (no runs here)") if world.reference else "none declared"),
+        (
+            "Reference",
+            world.reference + ("" if world.has_reference else " (no runs here)")
+            if world.reference
+            else "none declared",
+        ),
     ]
 
 

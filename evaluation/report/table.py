@@ -142,7 +142,9 @@ def number_cells(readings: Iterable[Reading], unit: str) -> list[Cell]:
     """Return the cells of a column: one number of decimals for all, words where there is no number."""
     listed, shown = list(readings), unit_on_page(unit)
     decimals = decimals_for(shown.of(reading.value) for reading in listed if reading.value is not None)
-    return [_cell(reading, shown.of(reading.value) if reading.value is not None else None, decimals) for reading in listed]
+    return [
+        _cell(reading, shown.of(reading.value) if reading.value is not None else None, decimals) for reading in listed
+    ]
 
 
 def word_cell(status: str) -> Cell:

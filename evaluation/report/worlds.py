@@ -1,7 +1,7 @@
 """Runs of a store, sorted into worlds: only runs of one world may be compared with each other."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ...controllers import discovery
@@ -10,6 +10,9 @@ from ..rows import RunRow
 
 RUN = "run"
 """The role of the runs that enter comparisons; any other role is a twin."""
+
+CONSTANT = "constant load"
+"""Load history of all runs whose load does not change; any other history is a world of its own."""
 
 
 @dataclass(frozen=True)
@@ -71,14 +74,10 @@ class World:
         """Whether the declared reference has runs here."""
         return self.reference in self.labels
 
-    def distinct(self, field: Callable[[RunRow], object]) -> list[object]:
-        """Return the values of a field of the rows, sorted, each once."""
-        return sorted(dict.fromkeys(field(row) for row in self.rows))  # type: ignore[type-var]
-
 
 def history_in_words(stored: StoredRun) -> str:
     """Return a load history: ``2.5 kg sand``, ``1.5 kg, from 12 s 3.5 kg sand``."""
-    parts = []
+    parts: list[str] = []
     for time, load in stored.specification.schedule.entries:
         text = f"{load.mass:g} kg" + ("" if load.material == "none" else f" {load.material}")
         parts.append(f"from {time:g} s {text}" if parts else text)
@@ -115,22 +114,17 @@ def differing_facts(worlds: Sequence[World]) -> list[str]:
 def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
     """Return what runs must share to be comparable."""
     run = row.specification
-    changes = bool(run.schedule.events)
     return (
         ("Robot", run.robot),
         ("Tool point", run.tool or "the robot's first"),
         ("Plant", run.plant),
         ("Tier", run.tier),
-        ("Load history", history_in_words(row) if changes and row.result.role == RUN else _kind(changes)),
+        ("Load history", history_in_words(row) if run.schedule.events else CONSTANT),
         ("Laps", str(run.laps)),
         ("Lead-in", f"{run.lead_in:g} s"),
         ("Latency", f"{run.latency} ticks" if run.latency else "none"),
         ("Seed", str(run.campaign)),
     )
-
-
-def _kind(changes: bool) -> str:
-    return "load changes" if changes else "constant load"
 
 
 def _world(
@@ -181,41 +175,35 @@ def _reference(labels: Iterable[str], campaigns: Sequence[Mapping[str, object]])
 
 
 def _without_doubles(stored: Sequence[StoredRun]) -> tuple[list[StoredRun], list[StoredRun]]:
-    """Split off rows whose specification another row has too: results of other code, in the same store."""
-    found: dict[tuple[str, str], StoredRun] = {}
-    doubles = []
+    """Split off rows that a newer one of the same specification replaces: results of older code, in the same store."""
+    newest = {(row.specification.as_json(), row.result.role): row.address for row in stored}
+    kept, doubles = [], []
     for row in stored:
-        key = (row.specification.as_json(), row.result.role)
-        if key in found:
-            doubles.append(row)
-        else:
-            found[key] = row
-    return list(found.values()), doubles
+        is_newest = newest[row.specification.as_json(), row.result.role] == row.address
+        (kept if is_newest else doubles).append(row)
+    return kept, doubles
 
 
 def _labels(stored: Sequence[StoredRun]) -> dict[str, str]:
     """Return a label for each address; settings are named where one controller runs with several."""
-    variants: dict[str, dict[tuple[str, str], str]] = {}
+    variants: dict[str, set[tuple[str, str]]] = {}
     for row in stored:
         run = row.specification
-        settings = ", ".join(f"{name}={json.dumps(value)}" for name, value in sorted(run.settings.items()))
-        variants.setdefault(run.label, {})[run.controller, settings] = row.address
-    result = {}
-    for row in stored:
-        run = row.specification
-        result[row.address] = _label(run.label, list(variants[run.label]), run.controller, run.settings)
-    return result
+        variants.setdefault(run.label, set()).add((run.controller, _in_words(run.settings)))
+    return {row.address: _label(row, variants[row.specification.label]) for row in stored}
 
 
-def _label(
-    label: str, variants: Sequence[tuple[str, str]], controller: str, settings: Mapping[str, object]
-) -> str:
-    """Return what tells one variant of a controller from the others, nothing if there is one only."""
-    doors = {door for door, _ in variants}
-    parts = [f"from {controller}"] if len(doors) > 1 else []
-    if len(variants) > len(doors) and settings:
-        parts += [f"{name}={json.dumps(value)}" for name, value in sorted(settings.items())]
-    return f"{label} ({', '.join(parts)})" if parts else label
+def _label(row: StoredRun, variants: Collection[tuple[str, str]]) -> str:
+    """Return the label, with what tells one variant of a controller from the others where there are several."""
+    run, doors = row.specification, {door for door, _ in variants}
+    parts = [f"from {run.controller}"] if len(doors) > 1 else []
+    if len(variants) > len(doors) and run.settings:
+        parts.append(_in_words(run.settings))
+    return f"{run.label} ({', '.join(parts)})" if parts else run.label
+
+
+def _in_words(settings: Mapping[str, object]) -> str:
+    return ", ".join(f"{name}={json.dumps(value)}" for name, value in sorted(settings.items()))
 
 
 def _groups(stored: Sequence[StoredRun]) -> dict[str, str]:

@@ -64,7 +64,9 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
         for name, text in texts.items():
             _replace(folder / name, text)
     except OSError as cause:
-        raise InvalidInput(f"cannot be written ({cause.strerror})", str(folder), "name another folder for the report") from cause
+        raise InvalidInput(
+            f"cannot be written ({cause.strerror})", str(folder), "name another folder for the report"
+        ) from cause
     paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv"))
     return ReportFiles(*paths)
 

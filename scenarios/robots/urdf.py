@@ -90,6 +90,7 @@ def check_tree(description: Description, where: str) -> None:
     if loose := [name for name in names if name not in reached]:
         raise InvalidInput(f"link {loose[0]!r} hangs in a loop", where, "expected a tree")
     _check_drives(description, where)
+    _check_moments(description, where)
     _check_masses(description, where)
 
 
@@ -108,6 +109,15 @@ def _check_drives(description: Description, where: str) -> None:
             raise InvalidInput(
                 f"{what} has limits {joint.lower:g} and {joint.upper:g}", where, "expected lower below upper"
             )
+
+
+def _check_moments(description: Description, where: str) -> None:
+    """Check that inertias belong to bodies: Bullet sets those that do not to zero, without a word."""
+    for link in description.links:
+        if 2.0 * max(link.moments) > sum(link.moments) * (1.0 + 1e-9):
+            listed = ", ".join(f"{moment:g}" for moment in sorted(link.moments))
+            came = f"link {link.name!r} has principal moments of {listed} kg m^2"
+            raise InvalidInput(came, where, "no body has one above the sum of the other two")
 
 
 def _check_masses(description: Description, where: str) -> None:

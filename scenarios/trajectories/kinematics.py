@@ -226,7 +226,7 @@ def _task(model: RobotModel, q: np.ndarray, poses: np.ndarray) -> tuple[np.ndarr
     arm, data, tool = model.model, model.data, model.tool_id
     reached = data.oMf[tool]
     for k, joints in enumerate(q):
-        jacobian[k] = pin.computeFrameJacobian(arm, data, joints, tool, _WORLD_ALIGNED)
+        jacobian[k] = pin.computeFrameJacobian(arm, data, joints, tool, _WORLD_ALIGNED).reshape(6, model.n)
         rotation[k] = reached.rotation
         error[k, :3] = reached.translation
     np.subtract(poses[:, :3, 3], error[:, :3], out=error[:, :3])

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 from torquebench.controllers import InvalidInput, RobotModel, UnknownName
 
-SIZES = pytest.mark.parametrize("n", [2, 6, 7])
+SIZES = pytest.mark.parametrize("n", [1, 2, 6, 7])
 L1, L2, M1, M2, G = 0.5, 0.4, 3.0, 2.0, 9.81
 
 

@@ -11,7 +11,7 @@ from rich.text import Text
 from ..doctor import Diagnosis, LibraryState, diagnose
 
 COLOURS = {"ok": "green", "missing": "yellow", "broken": "red"}
-PIPED_WIDTH = 160
+PIPED_WIDTH = 240
 """Width of the tables where no terminal gives one [characters]."""
 
 

@@ -40,18 +40,29 @@ SCALES = {
 
 def ledger(controller: str) -> list[dict[str, object]]:
     return [
-        {"setting": "bandwidth", "value": 20.0, "source": "rule", "note": "half the bandwidth", "trials": 0, "learnt_before": ""},
-        {"setting": "integral", "value": [1, 2, 3], "source": "tuned", "note": controller, "trials": 40, "learnt_before": "T1"},
+        {
+            "setting": "bandwidth",
+            "value": 20.0,
+            "source": "rule",
+            "note": "half the bandwidth",
+            "trials": 0,
+            "learnt_before": "",
+        },
+        {
+            "setting": "integral",
+            "value": [1, 2, 3],
+            "source": "tuned",
+            "note": controller,
+            "trials": 40,
+            "learnt_before": "T1",
+        },
     ]
 
 
 def metrics_of(size: float, rng: np.random.Generator) -> dict[str, dict[str, dict[str, object]]]:
     values = {}
     for name, metric in METRICS.items():
-        if name in TYPICAL:
-            value = TYPICAL[name] * size * math.exp(rng.normal(0.0, 0.03))
-        else:
-            value = math.nan
+        value = TYPICAL.get(name, math.nan) * size * math.exp(rng.normal(0.0, 0.03))
         status = "undefined" if math.isnan(value) else "ok"
         values[name] = {"value": value, "unit": metric.unit, "status": status, "n": 12000}
     return {"run": values, "steady": {name: dict(entry) for name, entry in values.items()}}
@@ -74,7 +85,7 @@ def result_of(specification: RunSpecification, size: float, group: str) -> RunRe
             "tcp_orientation_error_mean": [position * 1.1] * specification.laps,
         },
         ledger=ledger(specification.controller),
-        counts={"ticks": 13000, "clipped_effort": [0] * 7, "clipped_rate": [3] * 7, "velocity_limit": [0] * 7, "operations": {}},
+        counts={"ticks": 13000, "clipped_effort": [0] * 7, "clipped_rate": [3] * 7, "operations": {}},
         timing={
             "reset_s": 0.01, "loop_s": 0.9, "total_s": 1.1, "simulated_s": 13.0, "real_time_factor": 14.4,
             "call_us_median": 18.3, "call_us_p99": 31.0, "call_us_max": 240.0, "deadline_misses": 0.0,
@@ -129,6 +140,10 @@ def campaign_record(reference: str = REFERENCE, name: str = "quick") -> dict[str
 class Shelf:
     """A store that tests fill run by run."""
 
+    specification = staticmethod(specification_of)
+    result = staticmethod(result_of)
+    record = staticmethod(campaign_record)
+
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.store = Store.write(folder)
@@ -153,7 +168,10 @@ class Shelf:
         return self
 
     def fail(self, specification: RunSpecification, status: str = "failed") -> "Shelf":
-        words = {"failed": ("divergence", "joint 4 is 1.02 rad from its plan"), "refused": ("refused", "gain margin 0.4 < 1")}
+        words = {
+            "failed": ("divergence", "joint 4 is 1.02 rad from its plan"),
+            "refused": ("refused", "gain margin 0.4 < 1"),
+        }
         cause, reason = words[status]
         failed_at = 2.125 if status == "failed" else None
         self.put(specification, RunResult(role="run", status=status, cause=cause, reason=reason, failed_at=failed_at))
@@ -166,7 +184,9 @@ class Shelf:
     def report(self) -> "Page":
         self.store.close()
         files = write_report(self.folder)
-        return Page(files.index.read_text(encoding="utf-8"), json.loads(files.summary.read_text(encoding="utf-8")), files)
+        return Page(
+            files.index.read_text(encoding="utf-8"), json.loads(files.summary.read_text(encoding="utf-8")), files
+        )
 
 
 class Page:
