@@ -22,7 +22,7 @@ def bind(kernel: Any, *arguments: object, tick: bool = False) -> Callable[..., A
         A callable without arguments, or with the tick as its only one.
     """
     every = (*arguments, 0) if tick else arguments
-    signature = tuple(numba.typeof(argument) for argument in every)
+    signature = tuple(numba.typeof(argument) for argument in every)  # type: ignore[no-untyped-call]
     if signature not in kernel.overloads:
         kernel.compile(signature)
     return partial(kernel.overloads[signature].entry_point, *arguments)

@@ -11,6 +11,9 @@ from .worlds import CONSTANT
 PRACTICALLY_EQUAL = "practically equal"
 """The remark of a comparison whose whole interval nobody would change a controller for."""
 
+UNINFORMED = "none"
+"""The knowledge level that is told of arm and gripper only."""
+
 SUBJECTS = {POSITION: "position", ORIENTATION: "orientation"}
 
 
@@ -65,13 +68,13 @@ def lead_sentences(findings: Findings, lead: Lead) -> list[str]:
         lead: Who comes first.
 
     Returns:
-        One sentence about the first, one about the second if there is one, and one about the family if it changes
-        what can be decided.
+        One sentence about the first, one about the second if there is one, one about the first with no knowledge of
+        the load, and one about the family if it changes what can be decided.
     """
     subject = SUBJECTS[lead.metric]
     if not lead.ranked:
         return [f"Nothing to rank in {subject}: no controller finished the grid with at most 5 % of its runs failed."]
-    return [_first(findings, lead), *_next(findings, lead), *_family(lead)]
+    return [_first(findings, lead), *_next(findings, lead), *_uninformed(findings, lead), *_family(lead)]
 
 
 def _first(findings: Findings, lead: Lead) -> str:
@@ -107,6 +110,19 @@ def _next(findings: Findings, lead: Lead) -> list[str]:
     if pair.verdict == "better":
         return [f"The next, {second}, is practically equal ({ratio_in_words(pair)})."]
     return [f"Between it and the next, {second}, {_undecided(pair)}."]
+
+
+def _uninformed(findings: Findings, lead: Lead) -> list[str]:
+    """Say who comes first of those that are told nothing of the load, if the first of all is told something."""
+    levels = {run.row.controller: run.stored.specification.knowledge for run in findings.world.runs}
+    uninformed = [label for label in lead.ranked if levels[label] == UNINFORMED]
+    if not uninformed or uninformed[0] == lead.ranked[0]:
+        return []
+    label, against = uninformed[0], findings.comparisons[lead.metric].get(uninformed[0])
+    claim = f"Of those told nothing of the load {label} comes first: {_mean(findings, lead.metric, label)}"
+    if against is None or against.headline != "gmr" or findings.verdict_alone(against) != "better":
+        return [f"{claim}."]
+    return [f"{claim}, {times_lower(against.gmr)} than {findings.world.reference} ({ratio_in_words(against)})."]
 
 
 def _ahead(pair: Comparison) -> bool:

@@ -177,7 +177,8 @@ def _reference(labels: Iterable[str], campaigns: Sequence[Mapping[str, object]])
 def _without_doubles(stored: Sequence[StoredRun]) -> tuple[list[StoredRun], list[StoredRun]]:
     """Split off rows that a newer one of the same specification replaces: results of older code, in the same store."""
     newest = {(row.specification.as_json(), row.result.role): row.address for row in stored}
-    kept, doubles = [], []
+    kept: list[StoredRun] = []
+    doubles: list[StoredRun] = []
     for row in stored:
         is_newest = newest[row.specification.as_json(), row.result.role] == row.address
         (kept if is_newest else doubles).append(row)

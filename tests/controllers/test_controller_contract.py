@@ -132,14 +132,14 @@ def test_a_sentence_of_the_controllers_own_is_kept():
     def strict():
         raise InvalidInput("gain = 0", "setting 'gain'", "positive")
 
-    with pytest.raises(InvalidInput, match="^setting 'gain': gain = 0; positive$"):
+    with pytest.raises(InvalidInput, match=r"^setting 'gain': gain = 0; positive$"):
         build_controller(strict, {}, name="strict")
 
 
 @pytest.mark.parametrize("thing", [42, object()])
 def test_what_is_no_controller_is_refused(thing):
     """The message says what is missing."""
-    with pytest.raises(InvalidInput, match="neither a class nor a controller.*reset and compute"):
+    with pytest.raises(InvalidInput, match=r"neither a class nor a controller.*reset and compute"):
         build_controller(thing, {}, name="thing")
 
 
@@ -151,7 +151,7 @@ def test_a_class_without_a_law_is_refused():
 
 def test_settings_for_a_finished_object_are_refused():
     """They would be ignored, and the ledger would lie."""
-    with pytest.raises(InvalidInput, match="built already.*pass its class"):
+    with pytest.raises(InvalidInput, match=r"built already.*pass its class"):
         build_controller(Duck(), {"gain": 2.0}, name="duck")
 
 
@@ -164,7 +164,7 @@ def test_a_design_with_the_plants_inertia_is_stable_below_one_over_the_period():
 def test_a_design_with_too_much_inertia_is_refused_with_the_figure():
     """Sixty times the inertia of the lightest joint: 60 x 40 x 0.001 = 2.4."""
     design = DesignInertia(mass_matrix=np.diag([2.0, 0.6]), damping=40.0)
-    with pytest.raises(Refusal, match="60 times the plant's inertia.* = 2.4, stable below about 1"):
+    with pytest.raises(Refusal, match=r"60 times the plant's inertia.* = 2.4, stable below about 1"):
         check_inertia(design, np.diag([2.0, 0.01]), 0.001)
 
 

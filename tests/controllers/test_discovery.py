@@ -106,7 +106,7 @@ def test_an_unknown_kind_is_refused():
 
 def test_a_missing_file_is_named(tmp_path):
     """Before any import machinery speaks."""
-    with pytest.raises(InvalidInput, match="no such file .*nothing.py"):
+    with pytest.raises(InvalidInput, match=r"no such file .*nothing.py"):
         discovery.load("controllers", f"{tmp_path}/nothing.py:Law")
 
 
@@ -153,7 +153,7 @@ def test_a_broken_entry_point_says_where_it_was_registered(registry):
 def test_one_name_for_two_objects_is_refused(registry):
     """Which of them runs would depend on the order of installation."""
     registry(("sink", "json:dumps"), ("sink", "json:loads"))
-    with pytest.raises(InvalidInput, match="two distributions register the controller 'sink'.*json:dumps.*json:loads"):
+    with pytest.raises(InvalidInput, match=r"two distributions register the controller 'sink'.*json:dumps.*json:loads"):
         discovery.names("controllers")
 
 

@@ -244,9 +244,7 @@ def test_one_record_is_refilled_and_copies_are_not(arm_of, rng):
 def test_flange_and_tool_are_apart_by_the_hand(arm_of, rng):
     """The hand is fixed, wherever the arm is."""
     arm = arm_of(7)
-    hands = [
-        np.linalg.inv(arm.flange_pose(q)) @ arm.forward_kinematics(q) for q in rng.uniform(-2, 2, (2, 7))
-    ]
+    hands = [np.linalg.inv(arm.flange_pose(q)) @ arm.forward_kinematics(q) for q in rng.uniform(-2, 2, (2, 7))]
     assert np.allclose(hands[0], hands[1], rtol=0, atol=1e-14)
     assert np.allclose(hands[0][:3, 3], [0.05, 0.03, 0.12], rtol=0, atol=1e-14)
 

@@ -81,7 +81,7 @@ def test_no_later_change_reaches_a_body():
 @pytest.mark.parametrize("mass", [-1.0, float("nan"), float("inf")])
 def test_a_mass_must_be_a_mass(mass):
     """Pinocchio would compute with a negative one."""
-    with pytest.raises(InvalidInput, match="body: mass .* kg; masses are finite and not negative"):
+    with pytest.raises(InvalidInput, match=r"body: mass .* kg; masses are finite and not negative"):
         Body(mass=mass, com=np.zeros(3), inertia=np.eye(3))
 
 

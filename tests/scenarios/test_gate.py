@@ -127,7 +127,5 @@ def test_an_unknown_plant_names_the_nearest(rizon):
 
 def test_the_gate_gives_the_same_figures_every_time(rizon):
     """They are stored with the runs."""
-    first, second = (
-        np.array([check.deviation for check in run_gate(rizon, "pinocchio", states=3)]) for _ in range(2)
-    )
+    first, second = (np.array([check.deviation for check in run_gate(rizon, "pinocchio", states=3)]) for _ in range(2))
     assert np.array_equal(first, second)

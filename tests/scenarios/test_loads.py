@@ -83,7 +83,7 @@ def test_a_container_further_out_moves_with_its_content(rizon):
 @pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_load_without_a_mass_is_refused(mass):
     """Whatever it is made of."""
-    with pytest.raises(InvalidInput, match="load: mass .* kg; masses are positive"):
+    with pytest.raises(InvalidInput, match=r"load: mass .* kg; masses are positive"):
         Payload(mass=mass, material="sand")
 
 
@@ -148,7 +148,7 @@ def test_a_constant_load_has_no_event():
 @pytest.mark.parametrize("times", [(0.0, 5.0, 5.0), (0.0, 5.0, 4.0), (0.0, float("nan")), (0.0, float("inf"))])
 def test_times_must_increase(times):
     """An order that cannot be followed is refused with the times that came."""
-    with pytest.raises(InvalidInput, match="load schedule: times 0, .*expected finite, increasing times"):
+    with pytest.raises(InvalidInput, match=r"load schedule: times 0, .*expected finite, increasing times"):
         LoadSchedule(entries=tuple((time, LIGHT) for time in times))
 
 

@@ -130,7 +130,9 @@ def test_friction_never_reverses_a_velocity(plant_of, tmp_path, urdf_of):
     file = tmp_path / "flat.urdf"
     file.write_text(urdf_of("z"))
     robot = read_robot(file)
-    tier = build_tier("dry", {"dry": {"coulomb": (50.0,), "viscous": (1.0,), "coulomb_velocity_scale": 0.001}}, np.zeros(1))
+    tier = build_tier(
+        "dry", {"dry": {"coulomb": (50.0,), "viscous": (1.0,), "coulomb_velocity_scale": 0.001}}, np.zeros(1)
+    )
     plant = plant_of("pinocchio", tier=tier, load=Payload(mass=0.0), robot=robot)
     for speed in (3.0, 0.1, 1e-3, 1e-6):
         plant.reset(np.zeros(1), np.array([speed]))
@@ -150,7 +152,9 @@ def test_friction_is_coulomb_and_viscous_at_speed(plant_of, tmp_path, urdf_of):
     file = tmp_path / "flat.urdf"
     file.write_text(urdf_of("z"))
     robot = read_robot(file)
-    tier = build_tier("dry", {"dry": {"coulomb": (0.6,), "viscous": (0.4,), "coulomb_velocity_scale": 0.02}}, np.zeros(1))
+    tier = build_tier(
+        "dry", {"dry": {"coulomb": (0.6,), "viscous": (0.4,), "coulomb_velocity_scale": 0.02}}, np.zeros(1)
+    )
     plant = plant_of("pinocchio", tier=tier, load=Payload(mass=0.0), robot=robot)
     inertia = float(robot.model().mass_matrix(np.zeros(1))[0, 0])
     for speed in (-2.0, 0.5, 0.001):
@@ -272,7 +276,7 @@ def test_without_pybullet_the_message_names_the_other_plant(monkeypatch):
     monkeypatch.setitem(sys.modules, "pybullet", None)
     monkeypatch.delitem(sys.modules, "pybullet")
     monkeypatch.setattr("builtins.__import__", _without_pybullet(__import__))
-    with pytest.raises(InvalidInput, match="PyBullet is not installed.*use --plant pinocchio"):
+    with pytest.raises(InvalidInput, match=r"PyBullet is not installed.*use --plant pinocchio"):
         pybullet_plant.load_pybullet()
 
 

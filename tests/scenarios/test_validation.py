@@ -95,7 +95,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path, content):
     file = tmp_path / "bench.toml"
     if content is not None:
         file.write_bytes(content)
-    with pytest.raises(InvalidInput, match="bench.toml: cannot be read .*expected a TOML file"):
+    with pytest.raises(InvalidInput, match=r"bench.toml: cannot be read .*expected a TOML file"):
         read_toml(file)
 
 

@@ -56,7 +56,10 @@ def finished(tmp_path_factory):
 
 def test_help_is_quick_because_it_imports_nothing_heavy(tmp_path):
     """Half of all calls of a command line ask for help."""
-    code = "import sys; sys.argv = ['torquebench', '--help']\nfrom torquebench.cli import main\ntry: main()\nfinally: print(sorted(sys.modules))"
+    code = (
+        "import sys; sys.argv = ['torquebench', '--help']\nfrom torquebench.cli import main\n"
+        "try: main()\nfinally: print(sorted(sys.modules))"
+    )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     for heavy in ("torch", "casadi", "control", "plotly", "pybullet", "numpy", "scipy", "numba", "pinocchio"):
         assert f"'{heavy}'" not in done.stdout
@@ -180,6 +183,11 @@ def test_a_killed_campaign_ends_in_the_same_bits(small, tmp_path):
 
 
 SLOW = ("--set", "repetitions=6", "--set", 'trajectories=["T6", "T7"]', "--workers", "1")
+
+
+def _heed_interrupts():
+    """Undo what a job in the background inherits: there, an interrupt is ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _start(small, folder):

@@ -168,3 +168,18 @@ def test_a_page_of_14_rows_stays_light(shelf):
     scales = {(f"law_{number}", level): 1e-3 * (number + 1) for number in range(7) for level in ("none", "oracle")}
     page = shelf.grid(scales).campaign().report()
     assert len(page.html.encode()) < 1.5e6
+
+
+def test_the_best_of_those_told_nothing_is_named_when_the_best_of_all_knew_the_load(shelf):
+    """Otherwise the informed law wins the headline and the reader learns nothing about laws at equal knowledge."""
+    sizes = {("flexiv_factory", "none"): 1e-2, ("pid", "none"): 1e-3, ("pid", "oracle"): 1e-4}
+    text = Reader(shelf.grid(sizes).campaign().report().html).text
+    assert text.index("pid / oracle tracked best in position") < text.index(
+        "Of those told nothing of the load pid / none comes first"
+    )
+
+
+def test_nothing_is_added_when_the_best_of_all_was_told_nothing(shelf):
+    """One sentence says it."""
+    sizes = {("flexiv_factory", "none"): 1e-2, ("pid", "none"): 1e-4, ("pid", "oracle"): 1e-3}
+    assert "Of those told nothing" not in shelf.grid(sizes).campaign().report().html

@@ -130,7 +130,7 @@ def test_a_wrong_line_is_named_with_what_would_be_right(robot, change, message):
 
 def test_an_unknown_flange_names_the_nearest_link(robot):
     """Typed by hand."""
-    with pytest.raises(UnknownName, match="unknown flange_frame in lever.toml 'ba'; did you mean 'bar'"):
+    with pytest.raises(UnknownName, match=r"unknown flange_frame in lever.toml 'ba'; did you mean 'bar'"):
         robot(ARM.replace('name = "lever"', 'name = "lever"\nflange_frame = "ba"', 1))
 
 

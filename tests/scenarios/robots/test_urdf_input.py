@@ -129,7 +129,12 @@ def test_an_axis_of_any_length_is_a_direction(saved):
         ),
         (
             arm(
-                link("base"), link("a"), link("b"), link("c"), joint("j", "base", "a"), joint("k", "b", "c"),
+                link("base"),
+                link("a"),
+                link("b"),
+                link("c"),
+                joint("j", "base", "a"),
+                joint("k", "b", "c"),
                 joint("l", "c", "b"),
             ),
             "link 'b' hangs in a loop; expected a tree",
@@ -176,7 +181,7 @@ def test_what_cannot_be_simulated_is_refused_in_one_line(text, message):
 
 def test_a_missing_urdf_is_named_with_its_path(tmp_path):
     """The path that was looked for."""
-    with pytest.raises(InvalidInput, match="nowhere.urdf: cannot read the URDF .No such file"):
+    with pytest.raises(InvalidInput, match=r"nowhere.urdf: cannot read the URDF .No such file"):
         load_robot(str(tmp_path / "nowhere.urdf"))
 
 
@@ -184,7 +189,7 @@ def test_a_urdf_that_is_no_text_is_refused(tmp_path):
     """A mesh or an archive under the wrong name."""
     file = tmp_path / "arm.urdf"
     file.write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(InvalidInput, match="cannot read the URDF .not UTF-8 text"):
+    with pytest.raises(InvalidInput, match=r"cannot read the URDF .not UTF-8 text"):
         load_robot(str(file))
 
 

@@ -156,7 +156,7 @@ def test_a_path_out_of_reach_is_refused_with_place_and_distance(arm, rizon):
 
 def test_a_period_of_no_whole_milliseconds_is_refused():
     """A lap is a whole number of ticks."""
-    with pytest.raises(InvalidInput, match="period 2.0005 s is no whole number of 1 ms samples"):
+    with pytest.raises(InvalidInput, match=r"period 2.0005 s is no whole number of 1 ms samples"):
         lap_samples(circle(name="odd", period=2.0005, centre=(0.5, 0.0, 0.4), radius=0.1), 0.001)
     with pytest.raises(InvalidInput, match="at least eight"):
         lap_samples(circle(name="short", period=0.004, centre=(0.5, 0.0, 0.4), radius=0.1), 0.001)

@@ -50,8 +50,17 @@ FORMULAS = {
     "S3": (3.0, eight(0.61, 0.0)),
 }
 SPEED = {
-    "T1": 0.220, "T2": 0.314, "T3": 0.220, "T4": 0.311, "T5": 0.415, "T6": 0.440, "T7": 0.419, "T8": 0.419,
-    "S1": 0.293, "S2": 0.293, "S3": 0.415,
+    "T1": 0.220,
+    "T2": 0.314,
+    "T3": 0.220,
+    "T4": 0.311,
+    "T5": 0.415,
+    "T6": 0.440,
+    "T7": 0.419,
+    "T8": 0.419,
+    "S1": 0.293,
+    "S2": 0.293,
+    "S3": 0.415,
 }
 NAMES = pytest.mark.parametrize("name", FORMULAS)
 
@@ -153,7 +162,10 @@ def ring(**changes):
 @pytest.mark.parametrize(
     ("slip", "message"),
     [
-        ({"twist": lambda path, t: 2.0 * HarmonicPath.twist(path, t)}, r"twist\(t\) differs from the derivative of pose"),
+        (
+            {"twist": lambda path, t: 2.0 * HarmonicPath.twist(path, t)},
+            r"twist\(t\) differs from the derivative of pose",
+        ),
         (
             {"acceleration": lambda path, t: -HarmonicPath.acceleration(path, t)},
             r"acceleration\(t\) differs from the derivative of twist",
@@ -182,7 +194,9 @@ def test_a_mirrored_tool_is_no_rotation():
 def test_a_period_is_a_positive_time(period):
     """Before anything is divided by it."""
     with pytest.raises(InvalidInput, match="its period is"), np.errstate(all="ignore"):
-        load_path(HarmonicPath(name="ring", period=period, centre=(0.5, 0, 0.4), cosine=((0.1, 0, 0),), sine=((0, 0, 0),)))
+        load_path(
+            HarmonicPath(name="ring", period=period, centre=(0.5, 0, 0.4), cosine=((0.1, 0, 0),), sine=((0, 0, 0),))
+        )
 
 
 def test_what_is_no_path_is_refused():
