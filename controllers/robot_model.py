@@ -189,13 +189,15 @@ class RobotModel:
             Positions in the base frame, shape (N, 3) [m], and rotations, shape (N, 3, 3).
         """
         positions, rotations = np.empty((len(q), 3)), np.empty((len(q), 3, 3))
-        model, data, frame = self.model, self.data, self.tool_id
-        forward, update = pin.forwardKinematics, pin.updateFramePlacement
+        model, data, forward = self.model, self.data, pin.forwardKinematics
+        tool = model.frames[self.tool_id]
+        carrier = data.oMi[tool.parentJoint]
+        position, rotation = carrier.translation, carrier.rotation
         for k, row in enumerate(np.ascontiguousarray(q)):
             forward(model, data, row)
-            update(model, data, frame)
-            positions[k], rotations[k] = self._position, self._rotation
-        return positions, rotations
+            positions[k], rotations[k] = position, rotation
+        # The tool is fixed to its joint: its placement there is applied to all rows at once.
+        return positions + rotations @ tool.placement.translation, rotations @ tool.placement.rotation
 
     def set_payload(self, parameters: np.ndarray) -> None:
         """Set the load beyond the gripper; for knowledge providers.

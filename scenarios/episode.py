@@ -34,6 +34,9 @@ from .tick import (
 CALL_LIMIT = 10.0
 """Longest wall time that one call of a controller may take [s]."""
 
+DOUBLE = np.dtype(np.float64)
+"""What laws return; anything else is converted with care, which takes longer."""
+
 CAUSES = {
     NOT_FINITE: "nan torque",
     POSITION_LIMIT: "limit violation",
@@ -133,7 +136,8 @@ def run_episode(episode: Episode) -> Outcome:
         try:
             recorder = _Recorder.of(episode.controller, ticks)
             for k in _ticks(episode, frame, target, outcome, watch):
-                recorder.record(k)
+                if recorder.sources:
+                    recorder.record(k)
         except RunFailure as failure:
             outcome.failure = failure
     outcome.wall_time = time.perf_counter() - started
@@ -166,7 +170,10 @@ def _ticks(episode: Episode, frame: np.ndarray, target: np.ndarray, outcome: Out
             spent = clock() - begun
             if getattr(answer, "shape", None) != shape:
                 raise RunFailure("wrong shape", f"returned {_shape_of(answer)}, expected an array of shape {shape}")
-            np.copyto(command, answer, casting="same_kind")
+            if answer.dtype is DOUBLE:
+                command[:] = answer
+            else:
+                np.copyto(command, answer, casting="same_kind")
         except RunFailure:
             raise
         except Exception as error:

@@ -104,7 +104,9 @@ class World:
 
     def run_log(self, outcome: Outcome) -> RunLog:
         """Return the log of an outcome, with tool poses and the plan beside it."""
-        rows, table, robot = outcome.log, self.table[: len(outcome.log)], self.robot
+        # Metrics read these arrays many times: packed, not as columns of wide records.
+        rows, table = _packed(outcome.log), _packed(self.table[: len(outcome.log)])
+        robot = self.robot
         position, rotation = self._model.tool_path(rows["q"])
         limited = bool(np.isfinite(self.tier.torque_rate).any())
         return RunLog(
@@ -131,6 +133,11 @@ class World:
             lower=robot.lower,
             upper=robot.upper,
         )
+
+
+def _packed(records: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the fields of records as arrays of their own."""
+    return {name: np.ascontiguousarray(records[name]) for name in records.dtype.names or ()}
 
 
 @lru_cache(maxsize=8)

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from .shared import shared
+from .shared import shared_series
 
 
-@shared
+@shared_series
 def distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the Euclidean distance of corresponding rows.
 
@@ -22,7 +22,7 @@ def distances(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(np.sqrt(np.einsum("kd,kd->k", difference, difference)))
 
 
-@shared
+@shared_series
 def rotation_angles(quat: np.ndarray, quat_ref: np.ndarray) -> np.ndarray:
     r"""Return the geodesic angle between corresponding attitudes.
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .shared import shared
+from .shared import shared_series
 
 BLOCKS = (64, 16, 4, 1)
 """Segments in a block, level by level of the search."""
@@ -13,7 +13,7 @@ ROWS = 1024
 """Ticks searched at once; bounds the memory where nothing can be pruned."""
 
 
-@shared
+@shared_series
 def contour_distances(p: np.ndarray, p_ref: np.ndarray, dt: float, lap: float) -> np.ndarray:
     """Return the distance of each tool position to the reference polyline within a quarter lap of its tick.
 
@@ -110,8 +110,13 @@ def _within_spheres(
     centre = path[middle]
     members = path[blocks[:, None] * size + np.arange(size + 1)]
     radius = np.linalg.norm(members - centre[:, None], axis=2).max(axis=1)
-    difference = points[:, None, :] - centre
-    distance = np.sqrt(np.einsum("kbd,kbd->kb", difference, difference))
+    # Coordinate by coordinate: a third of the time of one array of differences.
+    distance = np.zeros((len(points), len(centre)))
+    for axis in range(points.shape[1]):
+        difference = points[:, axis, None] - centre[:, axis]
+        difference *= difference
+        distance += difference
+    np.sqrt(distance, out=distance)
     inside = np.abs(middle - own[:, None]) <= reach
     np.minimum(best, np.where(inside, distance, np.inf).min(axis=1), out=best)
     row, column = np.nonzero(distance - radius < best[:, None])

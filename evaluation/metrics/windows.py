@@ -70,12 +70,16 @@ def evaluate(
     fields = _fields(log, chosen)
     possible = [m for m in chosen if all(name in fields for name in m.needs)]
     dt, lap = float(log.dt), getattr(log, "lap", None)  # type: ignore[attr-defined]
+    t = np.asarray(log.t)  # type: ignore[attr-defined]
+    run = window_rows(t, "run", dt, lap)
+    whole = {name: field[run] if _is_series(name, field) else field for name, field in fields.items()}
     result = {}
-    for window in windows:
-        rows = window_rows(np.asarray(log.t), window, dt, lap)  # type: ignore[attr-defined]
-        if rows.stop > rows.start:
-            cut = {name: field[rows] if _is_series(name, field) else field for name, field in fields.items()}
-            with sharing():
+    with sharing() as memory:
+        for window in windows:
+            rows = window_rows(t, window, dt, lap)
+            if rows.stop > rows.start:
+                part = slice(rows.start - run.start, rows.stop - run.start)
+                cut = {name: memory.part(f, part) if _is_series(name, f) else f for name, f in whole.items()}
                 result[window] = {m.id: m.value_of(cut) for m in possible}
     return result
 

@@ -55,7 +55,7 @@ class Plant(ABC):
         self._gripper = _combined(robot.gripper_bodies)
         self._spatial_inertia = np.zeros((6, 6))
         self._armature = model.armature
-        self._drive, self._rotor_torque = np.zeros(model.nv), np.zeros(model.nv)
+        self._drive = np.zeros(model.nv)
         self._torque = np.zeros(model.nv)
         self._take_views()
         self._bind_kernels()

@@ -14,9 +14,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
+import numba
 import numpy as np
 
 from ...controllers import InvalidInput
+from ...controllers.kernels import bind
 from ..body import Body
 from ..robots import Robot, slot_name
 from ..tiers import Tier
@@ -39,6 +41,7 @@ class PyBulletPlant(Plant):
         self._load(robot, tier, slots)
         super().__init__(robot, tier, slots)
         self._sent = np.zeros(self.model.nv)
+        self._shape = bind(_less_rotor_torque, self._drive, self._armature, self._ddq, self._sent)
 
     def _load(self, robot: Robot, tier: Tier, slots: Sequence[Body]) -> None:
         """Set up the world and find the links of the moving joints and of the slots."""
@@ -101,21 +104,27 @@ class PyBulletPlant(Plant):
 
     def _integrate(self) -> None:
         bullet, client, body, joints = self.bullet, self.client, self.body, self.joints
-        np.multiply(self._armature, self._ddq, out=self._rotor_torque)
-        np.subtract(self._drive, self._rotor_torque, out=self._sent)
+        self._shape()
         # A torque lasts one step only, so it is sent every step.
         bullet.setJointMotorControlArray(
             body, joints, bullet.TORQUE_CONTROL, forces=self._sent.tolist(), physicsClientId=client
         )
         bullet.stepSimulation(physicsClientId=client)
-        positions, velocities, _, _ = zip(*bullet.getJointStates(body, joints, physicsClientId=client), strict=False)
-        self.q[:] = positions
-        self.dq[:] = velocities
+        q, dq = self.q, self.dq
+        for i, joint in enumerate(bullet.getJointStates(body, joints, physicsClientId=client)):
+            q[i], dq[i] = joint[0], joint[1]
 
     def close(self) -> None:
         """Disconnect the simulator."""
         if self.bullet.isConnected(self.client):
             self.bullet.disconnect(self.client)
+
+
+@numba.njit(cache=True)
+def _less_rotor_torque(drive, armature, ddq, sent):  # type: ignore[no-untyped-def]
+    """Take from the torque what accelerates rotors and friction's slope, which Bullet does not know of."""
+    for i in range(drive.shape[0]):
+        sent[i] = drive[i] - armature[i] * ddq[i]
 
 
 def load_pybullet() -> ModuleType:

@@ -175,3 +175,11 @@ def test_importing_the_room_is_light():
         "import sys, torquebench.evaluation; print([m for m in sys.modules if m.split('.')[0] in ('scipy', 'numba')])"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_a_tick_has_one_contour_distance_whatever_window_it_is_averaged_in(arm):
+    """The path a tool is near to does not end where an average begins."""
+    log = arm()
+    values = evaluate(log, ids=["contour_error_max", "contour_error_mean"])
+    alone = evaluate(log, ids=["contour_error_max", "contour_error_mean"], windows=["steady"])
+    assert alone["steady"] == values["steady"]

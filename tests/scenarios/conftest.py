@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import NoKnowledge
 from torquebench.scenarios.episode import run_episode
 from torquebench.scenarios.loads import LoadSchedule, Payload

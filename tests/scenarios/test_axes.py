@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
-
 from torquebench.scenarios.axes import (
     parallel_axis,
     principal_axes,

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-
 from torquebench.controllers import InvalidInput
 from torquebench.scenarios.body import Body, combine
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import PlugInFailure, UnknownName, discovery
 from torquebench.scenarios.conformance import SECONDS, check, recording
 
@@ -14,7 +13,7 @@ def broken(findings):
 
 @pytest.mark.parametrize("name", discovery.names("controllers"))
 def test_a_registered_controller_keeps_the_contract(name):
-    """Determinism after reset, in a fresh instance, beside another; shape, finiteness; inputs neither kept nor changed."""
+    """Determinism after reset, in a fresh instance, beside another; inputs neither kept nor changed."""
     try:
         discovery.load("controllers", name)
     except PlugInFailure as failure:

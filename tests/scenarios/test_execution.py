@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import Controller, DesignInertia, LedgerEntry, UnknownName
 from torquebench.scenarios.execution import execute
 from torquebench.scenarios.loads import LoadSchedule, Payload

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import TorquebenchError, UnknownName, discovery
 from torquebench.scenarios.gate import CHECKS, GateCheck, GateFailure, require, run_gate
 from torquebench.scenarios.plants.pinocchio_plant import PinocchioPlant

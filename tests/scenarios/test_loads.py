@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from torquebench.controllers import InvalidInput, UnknownName
 from torquebench.scenarios.container import Container
 from torquebench.scenarios.loads import LoadSchedule, Payload, combine

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-
 from torquebench.controllers import InvalidInput, discovery
 from torquebench.scenarios.loads import LoadSchedule, Payload
 from torquebench.scenarios.plants import pybullet_plant

@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import pytest
-
 from torquebench.controllers import InvalidInput
 from torquebench.scenarios.loads import LoadSchedule, Payload
 from torquebench.scenarios.specification import RunSpecification, canonical_json

@@ -10,7 +10,6 @@ import textwrap
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import InvalidInput
 from torquebench.scenarios.loads import LoadSchedule, Payload
 from torquebench.scenarios.result import RunResult

@@ -5,7 +5,6 @@ import sys
 
 import numpy as np
 import pytest
-
 from torquebench.scenarios.loads import LoadSchedule, Payload
 from torquebench.scenarios.specification import RunSpecification
 from torquebench.scenarios.streams import controller_seed, scenario_stream

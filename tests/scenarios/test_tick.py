@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from torquebench.scenarios.tick import (
     DIVERGED,
     NOT_FINITE,

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import UnknownName
 from torquebench.scenarios.tiers import build_tier, default_tiers
 

@@ -3,8 +3,7 @@
 from typing import Annotated
 
 import pytest
-from pydantic import BeforeValidator
-
+from pydantic import BeforeValidator, Field
 from torquebench.controllers import InvalidInput
 from torquebench.scenarios.validation import Names, Number, Numbers, Point3, Record, as_tuple, read_toml, validate
 
@@ -27,7 +26,7 @@ class Machine(Record):
     tags: Names = ()
     main: Spring | None = None
     springs: Annotated[tuple[Spring, ...], BeforeValidator(as_tuple)] = ()
-    spare: dict[str, Spring] = {}
+    spare: dict[str, Spring] = Field(default={})
 
 
 def test_a_sound_table_becomes_a_record():

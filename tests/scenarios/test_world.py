@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import InvalidInput, UnknownName
 from torquebench.scenarios.loads import LoadSchedule, Payload
 from torquebench.scenarios.log import quaternions

@@ -5,7 +5,6 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pinocchio as pin
 import pytest
-
 from torquebench.controllers import UnknownName
 from torquebench.scenarios.axes import rotation_from_quaternion
 from torquebench.scenarios.loads import Payload

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import InvalidInput, UnknownName
 from torquebench.scenarios.robots import load_robot
 from torquebench.scenarios.tiers import build_tier

@@ -3,7 +3,6 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-
 from torquebench.controllers import InvalidInput, TorquebenchError
 from torquebench.scenarios.robots import load_robot, parse_urdf
 

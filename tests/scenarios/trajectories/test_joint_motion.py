@@ -4,7 +4,6 @@ import os
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import InvalidInput
 from torquebench.scenarios.loads import Payload
 from torquebench.scenarios.robots import read_robot, rizon4s

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from torquebench.controllers import InvalidInput, UnknownName, discovery
 from torquebench.scenarios.trajectories import HarmonicPath, circle, load_path, rotated_circle, suite, yz_circle
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from torquebench.scenarios.loads import Payload
 from torquebench.scenarios.trajectories import Plan, load_path
 
