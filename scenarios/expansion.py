@@ -3,6 +3,7 @@
 import importlib.util
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from ..controllers import InvalidInput, UnknownName, build_controller, discovery, knowledge_levels
 from .benchmark import Benchmark, Sweep, schedules
@@ -11,6 +12,8 @@ from .robots import Robot
 from .specification import RunSpecification
 from .tiers import build_tier
 from .world import cached_plan, cached_robot
+
+RunFactory = partial[RunSpecification]
 
 PREFERRED_PLANT, OTHER_PLANT = "pybullet", "pinocchio"
 
@@ -46,15 +49,15 @@ def expand(benchmark: Benchmark, *, plug_ins: Mapping[str, object] | None = None
     build_tier(benchmark.tier, robot.tiers, robot.rotor_inertia)
     found: dict[str, RunSpecification] = {}
     used: set[str] = set()
+    world = _world(benchmark, robot, plant)
     for sweep in benchmark.sweeps():
-        histories = tuple(_checked(history, robot) for history in schedules(sweep))
-        for trajectory in sweep.trajectories or ():
-            cached_plan(robot, trajectory, benchmark.lead_in)
+        cells = _cells(world, sweep, robot)
         for controller in sweep.controllers or ():
             used.add(controller)
             settings = benchmark.settings.get(controller, {})
             for level in _levels(controller, settings, sweep, plug_ins or {}):
-                for specification in _cells(benchmark, sweep, controller, settings, level, histories, plant):
+                for cell in cells:
+                    specification = cell(controller=controller, settings=dict(settings), knowledge=level)
                     found[specification.as_json()] = specification
     for name in benchmark.settings:
         if name not in used:
@@ -106,32 +109,36 @@ def _levels(
     return tuple(level for level in levels if not sweep.knowledge or level in sweep.knowledge)
 
 
-def _cells(
-    benchmark: Benchmark,
-    sweep: Sweep,
-    controller: str,
-    settings: Mapping[str, object],
-    level: str,
-    histories: tuple[LoadSchedule, ...],
-    plant: str,
-) -> list[RunSpecification]:
-    """Return the runs of one controller at one knowledge level."""
+def _world(benchmark: Benchmark, robot: Robot, plant: str) -> RunFactory:
+    """Return what makes specifications in the benchmark's world."""
+    return partial(
+        RunSpecification,
+        robot=benchmark.robot,
+        tool=robot.tool,
+        plant=plant,
+        tier=benchmark.tier,
+        lead_in=benchmark.lead_in,
+        latency=benchmark.latency,
+        campaign=benchmark.seed,
+    )
+
+
+def _cells(world: RunFactory, sweep: Sweep, robot: Robot) -> list[RunFactory]:
+    """Return what makes the specification of each cell: motion, load history and repetition.
+
+    Raises:
+        InvalidInput: If the robot cannot follow a motion or carry a load.
+    """
+    histories = tuple(_checked(history, robot) for history in schedules(sweep))
+    for trajectory in sweep.trajectories or ():
+        cached_plan(robot, trajectory, world.keywords["lead_in"])
     return [
-        RunSpecification(
-            controller=controller,
-            settings=dict(settings),
-            knowledge=level,
+        partial(
+            world,
             trajectory=trajectory,
             schedule=history,
             twins=bool(sweep.twins) and bool(history.events),
-            robot=benchmark.robot,
-            tool=benchmark.tool,
-            plant=plant,
-            tier=benchmark.tier,
             laps=sweep.laps or 3,
-            lead_in=benchmark.lead_in,
-            latency=benchmark.latency,
-            campaign=benchmark.seed,
             repetition=repetition,
         )
         for trajectory in sweep.trajectories or ()

@@ -23,6 +23,7 @@ class Robot:
         title: Its full name.
         description: Links and joints without gripper and tool point.
         flange_frame: Link that carries gripper and load.
+        tool: Name of its tool point.
         tool_offset: The tool point on the flange's z axis [m].
         home: Home position, shape (n,) [rad].
         rotor_inertia: Full reflected rotor inertia, shape (n,) [kg m^2]; a tier scales it.
@@ -36,6 +37,7 @@ class Robot:
     title: str
     description: Description
     flange_frame: str
+    tool: str
     tool_offset: float
     home: np.ndarray
     rotor_inertia: np.ndarray

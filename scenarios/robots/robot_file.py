@@ -154,7 +154,8 @@ def _assemble(table: RobotTable, description: Description, tool: str, where: str
     flange = table.flange_frame or description.joints[-1].child
     if flange not in links:
         raise UnknownName(f"flange_frame in {where}", flange, links)
-    if tool and tool not in table.tools:
+    tool = tool or next(iter(table.tools))
+    if tool not in table.tools:
         raise UnknownName(f"tool of robot {table.name}", tool, tuple(table.tools))
     lower = np.array([joint.lower for joint in description.moving])
     upper = np.array([joint.upper for joint in description.moving])
@@ -170,7 +171,8 @@ def _assemble(table: RobotTable, description: Description, tool: str, where: str
         title=table.title or table.name,
         description=_with_capsules(description, table.capsule_radius),
         flange_frame=flange,
-        tool_offset=table.tools[tool] if tool else next(iter(table.tools.values())),
+        tool=tool,
+        tool_offset=table.tools[tool],
         home=home,
         rotor_inertia=_row(table.rotor_inertia, np.zeros(n), "rotor_inertia", n, where),
         gripper=None

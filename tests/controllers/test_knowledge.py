@@ -59,7 +59,7 @@ def test_the_oracle_follows_a_load_step(arm_of, actuation, reading, brick):
 def test_the_oracle_leaves_the_model_alone_while_the_load_stays(arm_of, actuation, reading, brick):
     """A revision that grew every tick would make every planner start anew every tick."""
     arm, provider = arm_of(7), Oracle()
-    provider.reset(arm, actuation, PayloadTruth(parameters=brick.parameters))
+    provider.reset(arm, actuation, PayloadTruth(parameters=brick.parameters, revision=3))
     revision = arm.revision
     for _ in range(3):
         provider.refresh(reading)

@@ -256,8 +256,8 @@ def test_a_tool_path_is_the_pose_of_every_row(arm_of, rng):
     positions, rotations = arm.tool_path(q)
     for k, row in enumerate(q):
         pose = arm.forward_kinematics(np.ascontiguousarray(row))
-        assert np.array_equal(positions[k], pose[:3, 3])
-        assert np.array_equal(rotations[k], pose[:3, :3])
+        assert np.allclose(positions[k], pose[:3, 3], rtol=0, atol=1e-14)
+        assert np.allclose(rotations[k], pose[:3, :3], rtol=0, atol=1e-14)
 
 
 def test_limits_come_from_the_urdf(arm_of):
