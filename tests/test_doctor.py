@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
-from torquebench.controllers import discovery
-
 from torquebench.commands.doctor import command
+from torquebench.controllers import discovery
 from torquebench.doctor import LIBRARIES, PROBE_TIMEOUT, Diagnosis, Library, Machine, PlugInState, diagnose, probe
 
 ABSENT = Library(module="torquebench_no_such_module", distribution="torquebench-no-such", cost="nothing")

@@ -7,7 +7,6 @@ from torquebench.scenarios.benchmark import load_benchmark
 from torquebench.scenarios.campaign import parse_shard, plan_campaign, predicted_time, run_campaign
 from torquebench.scenarios.gate import GateFailure
 from torquebench.scenarios.store import Store
-
 from torquebench.scoring import score
 
 BENCHMARK = """
