@@ -179,13 +179,19 @@ def _settle(
         nearest = min(nearest, error[0], key=np.linalg.norm)
         move = inverse @ error[0] + null
         q = q + move * min(1.0, STEP_LIMIT / float(np.linalg.norm(move)))
+    raise _unsettled(path, pose, nearest, time)
+
+
+def _unsettled(path: Path, pose: np.ndarray, nearest: np.ndarray, time: float) -> InvalidInput:
+    """Say whether a pose is out of reach, or reached without a posture that is closest to home."""
     x, y, z = pose[:3, 3]
-    raise InvalidInput(
-        f"the tool cannot reach ({x:.3f}, {y:.3f}, {z:.3f}) m at {time:.3f} s of the lap: it stays"
-        f" {np.linalg.norm(nearest[:3]) * 1e3:.3g} mm and {np.linalg.norm(nearest[3:]):.3g} rad away",
-        f"trajectory {path.name!r}",
-        "move the path into the arm's reach",
-    )
+    where = f"({x:.3f}, {y:.3f}, {z:.3f}) m at {time:.3f} s of the lap"
+    if np.linalg.norm(nearest) < 1e-6:
+        what, valid = f"no posture closest to home settles at {where}", "choose another home position of the robot"
+    else:
+        away = f"{np.linalg.norm(nearest[:3]) * 1e3:.3g} mm and {np.linalg.norm(nearest[3:]):.3g} rad away"
+        what, valid = f"the tool cannot reach {where}: it stays {away}", "move the path into the arm's reach"
+    return InvalidInput(what, f"trajectory {path.name!r}", valid)
 
 
 def _polish(model: RobotModel, path: Path, posture: np.ndarray, q: np.ndarray, times: np.ndarray) -> np.ndarray:
