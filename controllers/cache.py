@@ -11,7 +11,7 @@ from pathlib import Path
 VARIABLE = "TORQUEBENCH_CACHE"
 """Environment variable that names another place for the cache."""
 
-KERNEL_ROOMS = ("controllers", "baselines", "scenarios")
+KERNEL_ROOMS = ("controllers", "baselines", "cbmc", "scenarios")
 
 
 @cache

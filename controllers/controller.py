@@ -62,6 +62,17 @@ class Controller(ABC):
         """Return, once after reset, name to (array updated in place, period in ticks)."""
         return {}
 
+    def events(self) -> Mapping[str, np.ndarray]:
+        """Return, after a run, bounded buffers of what happened in it, such as spike rasters, by name.
+
+        Asked for only where full traces are kept; the bound is the controller's business.
+        """
+        return {}
+
+    def snapshot(self) -> Mapping[str, np.ndarray]:
+        """Return, after the last run of a chain of protocol ``carried``, what was learnt, by name."""
+        return {}
+
     def operations(self) -> Mapping[str, int]:
         """Return the cumulative operation counters."""
         return {}

@@ -3,6 +3,7 @@
 Names are listed from package metadata without importing anything; a plug-in is imported when it is used.
 """
 
+import ast
 import hashlib
 import importlib
 import importlib.util
@@ -92,6 +93,29 @@ def source_digest(kind: str, name: object) -> str:
         owner = name if isinstance(name, type) else type(name)
         origin = getattr(sys.modules.get(owner.__module__), "__file__", None)
     return hashlib.sha256(Path(origin).read_bytes()).hexdigest() if origin and Path(origin).is_file() else ""
+
+
+def meaning(point: EntryPoint) -> str:
+    """Return the first line of the documentation behind a registered name, read from its source without running it.
+
+    Args:
+        point: Where a name points.
+
+    Returns:
+        The line; empty where there is no source or no documentation.
+    """
+    file = _module_file(point.module)
+    if file is None:
+        return ""
+    body = ast.parse(Path(file).read_text(encoding="utf-8")).body
+    for here, after in zip(body, [*body[1:], None], strict=True):
+        if getattr(here, "name", "") == point.attr and isinstance(here, ast.ClassDef | ast.FunctionDef):
+            return (ast.get_docstring(here) or "").partition("\n")[0]
+        targets = here.targets if isinstance(here, ast.Assign) else []
+        if any(isinstance(target, ast.Name) and target.id == point.attr for target in targets):
+            text = after.value if isinstance(after, ast.Expr) else None
+            return str(text.value).partition("\n")[0] if isinstance(text, ast.Constant) else ""
+    return ""
 
 
 def _from_path(kind: str, name: str) -> object:

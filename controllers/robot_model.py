@@ -112,6 +112,17 @@ class RobotModel:
             jacobian_bias=np.zeros(6),
         )
 
+    @property
+    def tool_mass(self) -> float:
+        """Known mass fixed to the flange: gripper and the like, without payload [kg]."""
+        frames, mass = self.model.frames, 0.0
+        for frame in frames:
+            ancestor = frame
+            while ancestor.parentFrame and ancestor.name != frames[self.flange_id].name:
+                ancestor = frames[ancestor.parentFrame]
+            mass += frame.inertia.mass if ancestor.name == frames[self.flange_id].name else 0.0
+        return float(mass)
+
     def at(self, q: np.ndarray, dq: np.ndarray) -> RigidBodyState:
         """Fill and return the record of this model at one state.
 

@@ -12,7 +12,17 @@ from .errors import (
     UnknownWindow,
 )
 from .intervals import Interval, ShapeRange
-from .metrics import METRICS, Metric, Value, error_by_lap, evaluate, metric, orientation_error_by_lap
+from .metrics import (
+    METRICS,
+    EventTwins,
+    Metric,
+    Value,
+    error_by_lap,
+    evaluate,
+    evaluate_events,
+    metric,
+    orientation_error_by_lap,
+)
 from .rows import RunRow
 from .summary import Summary, summary
 
@@ -22,6 +32,7 @@ __all__ = [
     "Comparison",
     "EmptyWindow",
     "EvaluationError",
+    "EventTwins",
     "Interval",
     "Metric",
     "NothingToCompare",
@@ -38,6 +49,7 @@ __all__ = [
     "decide",
     "error_by_lap",
     "evaluate",
+    "evaluate_events",
     "metric",
     "orientation_error_by_lap",
     "summary",

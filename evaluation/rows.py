@@ -55,7 +55,8 @@ class Reading:
     """One metric of one run, as a comparison counts it.
 
     Attributes:
-        magnitude: Absolute value, the metric's ``fail_value`` for a failed run; None if nothing can stand for it.
+        magnitude: Absolute value, the metric's ``fail_value`` for a failed run; None if nothing can stand for it,
+            as for a recovery that never came, which is censored and ranked worst.
         status: The value's status; ``failed`` and ``refused`` for such runs; ``missing`` if nobody computed it.
     """
 
@@ -105,7 +106,7 @@ def read(row: RunRow, metric: Metric[...], window: str) -> Reading:
     if stored["status"] == "failed":
         return Reading(metric.fail_value, "failed")
     if stored["status"] == "undefined" or stored["value"] is None or not math.isfinite(stored["value"]):
-        return Reading(None, "undefined")
+        return Reading(None, "censored" if stored["status"] == "censored" else "undefined")
     return Reading(abs(float(stored["value"])), stored["status"])
 
 

@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -21,6 +21,8 @@ def _records(value: object) -> object:
 
 
 Count = Annotated[int, Field(ge=1)]
+Settings = dict[str, dict[str, object]]
+Protocol = Literal["fresh", "carried"]
 
 
 class LoadTable(Record):
@@ -48,6 +50,9 @@ class Sweep(Record):
         twins: Whether the load histories that events are judged against run too.
         laps: Whole laps after the lead-in.
         repetitions: How often every cell is repeated.
+        lead_in: Duration of the start from rest, 0 for an arm at rest under a moving reference [s].
+        settings: Controller name to keyword arguments, beside those of the benchmark.
+        protocol: ``"fresh"``, or ``"carried"``: the repetitions of a cell follow one another on one controller.
     """
 
     controllers: Names | None = None
@@ -58,6 +63,9 @@ class Sweep(Record):
     twins: bool | None = None
     laps: Count | None = None
     repetitions: Count | None = None
+    lead_in: Number | None = None
+    settings: Settings | None = None
+    protocol: Protocol | None = None
 
 
 class Benchmark(Sweep):
@@ -73,10 +81,8 @@ class Benchmark(Sweep):
         tool: Name of the tool point, empty for the robot's first.
         plant: Name of the plant, empty for PyBullet or, where it has no wheel, Pinocchio.
         tier: Name of the tier.
-        lead_in: Duration of the start from rest [s].
         latency: Ticks by which every command is late.
         seed: Seed of the campaign.
-        settings: Controller name to keyword arguments.
         run: Run tables; none means one that says nothing.
     """
 
@@ -89,10 +95,11 @@ class Benchmark(Sweep):
     tool: str = ""
     plant: str = ""
     tier: str = DEFAULT_TIER
-    lead_in: Number = 1.0
     latency: int = 0
     seed: Annotated[int, Field(ge=0)] = 1
-    settings: Annotated[dict[str, dict[str, object]], Field(default_factory=dict)]
+    lead_in: Number = 1.0
+    settings: Annotated[Settings, Field(default_factory=dict)]
+    protocol: Protocol = "fresh"
     run: Annotated[tuple[Sweep, ...], BeforeValidator(_records)] = ()
 
     def sweeps(self) -> tuple[Sweep, ...]:
@@ -100,6 +107,7 @@ class Benchmark(Sweep):
 
         Raises:
             InvalidInput: If one has no controllers, trajectories or loads, or both loads and a schedule.
+            UnknownName: If one has settings for a controller that it does not run.
         """
         return tuple(self._completed(index, sweep) for index, sweep in enumerate(self.run or (Sweep(),)))
 
@@ -109,6 +117,10 @@ class Benchmark(Sweep):
         loaded = "loads" in own or "schedule" in own
         if loaded:
             inherited |= {"loads": None, "schedule": None}
+        own["settings"] = {
+            name: self.settings.get(name, {}) | (sweep.settings or {}).get(name, {})
+            for name in (*self.settings, *(sweep.settings or {}))
+        }
         full = Sweep.model_construct(**(inherited | own))
         where = f"benchmark {self.name!r}, run {index + 1}"
         if bool(full.loads) == bool(full.schedule):
@@ -118,6 +130,9 @@ class Benchmark(Sweep):
         for name in ("controllers", "trajectories"):
             if not getattr(full, name):
                 raise InvalidInput(f"has no {name}", where, f"give {name} = [...]")
+        for name in sweep.settings or ():
+            if name not in (full.controllers or ()):
+                raise UnknownName("controller in settings", name, full.controllers or ())
         return full
 
 
@@ -142,7 +157,8 @@ def load_benchmark(
 
     Args:
         name: Name of one that ships, or a file that ends in ``.toml``.
-        overrides: Keys that replace the file's, in its run tables too.
+        overrides: Keys that replace the file's, in its run tables too; of controllers, run tables that name some keep
+            those that are chosen, and whom none names runs as the last table says.
         changes: ``key=value`` texts; dots lead into tables, values are TOML or else plain text.
 
     Raises:
@@ -168,10 +184,13 @@ def load_benchmark(
     return validate(Benchmark, table, where=where)
 
 
-def _replace(table: dict[str, object], key: str, value: object) -> None:
+def _replace(table: dict[str, Any], key: str, value: object) -> None:
     """Set a key of the benchmark and take it out of its run tables."""
     table[key] = value
-    for sweep in table.get("run", ()):  # type: ignore[attr-defined]
+    if key == "controllers" and isinstance(value, list | tuple):
+        _choose(table, value)
+        return
+    for sweep in table.get("run", ()):
         sweep.pop(key, None)
         if key in ("loads", "schedule"):
             sweep.pop("schedule" if key == "loads" else "loads", None)
@@ -179,9 +198,33 @@ def _replace(table: dict[str, object], key: str, value: object) -> None:
         table.pop("schedule" if key == "loads" else "loads", None)
 
 
-def _descend(table: dict[str, object], key: str, value: object) -> None:
-    """Set a key inside nested tables."""
+def _choose(table: dict[str, Any], chosen: Sequence[object]) -> None:
+    """Let the chosen controllers run where the run tables name them; whom none names runs as the last table says."""
+    sweeps = list(table.get("run", ()))
+    naming = [sweep for sweep in sweeps if isinstance(sweep.get("controllers"), list)]
+    named = {name for sweep in naming for name in sweep["controllers"]}
+    for sweep in naming:
+        sweep["controllers"] = [name for name in sweep["controllers"] if name in chosen]
+    if sweeps and len(naming) == len(sweeps):
+        naming[-1]["controllers"] += [name for name in chosen if name not in named]
+    kept = [sweep for sweep in sweeps if sweep.get("controllers") != []]
+    if sweeps:
+        table["run"] = kept
+    for part in (table, *kept):
+        if isinstance(part.get("settings"), dict):
+            runs = part.get("controllers", chosen)
+            part["settings"] = {name: own for name, own in part["settings"].items() if name in runs}
+
+
+def _descend(table: dict[str, Any], key: str, value: object) -> None:
+    """Set a key inside nested tables and take it out of those of the run tables."""
     *path, last = key.split(".")
+    for sweep in table.get("run", ()):
+        inner: object = sweep
+        for part in path:
+            inner = inner.get(part) if isinstance(inner, dict) else None
+        if isinstance(inner, dict):
+            inner.pop(last, None)
     current = table
     for part in path:
         inner = current.setdefault(part, {})

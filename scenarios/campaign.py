@@ -9,11 +9,11 @@ from datetime import UTC, datetime
 from ..controllers import InvalidInput
 from .benchmark import Benchmark
 from .digest import run_digest
-from .execution import Evaluate
+from .execution import Evaluate, EvaluateEvents
 from .expansion import Expansion, expand
 from .gate import require, run_gate
 from .machine import commit, machine, machine_label, versions
-from .result import FAILED, RunResult
+from .result import FAILED, OK, RunResult
 from .specification import RunSpecification, twin_schedules
 from .store import Store
 from .workers import Duty, run_in_workers
@@ -55,8 +55,8 @@ class Finished:
 
     Attributes:
         specification: The run.
-        results: The run and its twins.
-        simulated: Its simulated time, twins included [s].
+        results: The run and its twins, or the repetitions of its chain.
+        simulated: Its simulated time, twins and repetitions included [s].
     """
 
     specification: RunSpecification
@@ -65,7 +65,7 @@ class Finished:
 
     @property
     def failed(self) -> bool:
-        """Whether the run or a twin failed."""
+        """Whether the run, a twin or a repetition failed."""
         return any(result.status == FAILED for result in self.results)
 
 
@@ -105,7 +105,13 @@ def plan_campaign(
 
 
 def run_campaign(
-    campaign: Campaign, store: Store, *, evaluate: Evaluate, workers: int = 1, traces: str = "plot"
+    campaign: Campaign,
+    store: Store,
+    *,
+    evaluate: Evaluate,
+    evaluate_events: EvaluateEvents | None = None,
+    workers: int = 1,
+    traces: str = "plot",
 ) -> Iterator[Finished]:
     """Do what is to be done: check the plant, run, write each run as it finishes.
 
@@ -113,6 +119,7 @@ def run_campaign(
         campaign: What to do.
         store: Where results go, open for writing.
         evaluate: Scores a log; picklable.
+        evaluate_events: Compares a run with its twins; picklable; None leaves events out.
         workers: Number of processes.
         traces: Which traces are kept, see :func:`~.execution.execute`.
 
@@ -125,7 +132,7 @@ def run_campaign(
     if not campaign.pending:
         return
     store.put_campaign(datetime.now(UTC).isoformat(timespec="seconds"), _record(campaign, workers))
-    duty = Duty(evaluate=evaluate, traces=traces, plug_ins=campaign.plug_ins)
+    duty = Duty(evaluate=evaluate, evaluate_events=evaluate_events, traces=traces, plug_ins=campaign.plug_ins)
     runs = campaign.runs
     for job, results in run_in_workers(runs, duty, workers=workers):
         specification = runs[job]
@@ -156,11 +163,11 @@ def _record(campaign: Campaign, workers: int) -> dict[str, object]:
 
 
 def simulated_time(specification: RunSpecification) -> float:
-    """Return the simulated time of a run with its twins [s]."""
+    """Return the simulated time of a run with its twins or repetitions [s]."""
     robot = cached_robot(specification.robot, specification.tool)
     plan = cached_plan(robot, specification.trajectory, specification.lead_in)
     histories = 1 + (len(twin_schedules(specification.schedule)) if specification.twins else 0)
-    return histories * (specification.lead_in + specification.laps * plan.period)
+    return specification.repetitions * histories * (specification.lead_in + specification.laps * plan.period)
 
 
 def predicted_time(campaign: Campaign, store: Store | None, *, workers: int) -> tuple[float, float]:
@@ -187,7 +194,8 @@ def _known_speeds(store: Store) -> dict[str, float]:
     totals: dict[str, list[float]] = {}
     for run in store.runs():
         timing = run.result.timing
-        if timing.get("machine") == machine_label() and timing.get("total_s"):
+        # A run that failed early says little of the speed of one that does not.
+        if run.result.status == OK and timing.get("machine") == machine_label() and timing.get("total_s"):
             pair = totals.setdefault(run.specification.controller, [0.0, 0.0])
             pair[0] += float(timing["simulated_s"])
             pair[1] += float(timing["total_s"])

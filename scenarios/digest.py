@@ -2,7 +2,7 @@
 
 import hashlib
 import importlib.util
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -36,6 +36,7 @@ def run_digest(specification: RunSpecification, plug_ins: Mapping[str, object] |
     arm = (robot.urdf, repr(robot.home.tolist()), repr(robot.rotor_inertia.tolist()), repr(dict(robot.tiers)))
     body = (repr(robot.container), repr(robot.gripper_mass))
     rooms = (*SHARED_ROOMS, *_room_of(specification.controller, plug_ins or {}))
+    outside = (*outside, *_files_in(specification.settings.values()))
     parts = (*(room_digest(room) for room in rooms), *library_versions().values(), *outside, *arm, *body)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
@@ -67,6 +68,13 @@ def _sources(folder: Path) -> Iterator[Path]:
         inside = file.relative_to(folder).parts
         if file.is_file() and "__pycache__" not in inside and "benchmarks" not in inside:
             yield file
+
+
+def _files_in(values: Iterable[object]) -> Iterator[str]:
+    """Yield the SHA-256 of every file that a setting names: trained weights, for example."""
+    for value in values:
+        if isinstance(value, str) and value and Path(value).is_file():
+            yield hashlib.sha256(Path(value).read_bytes()).hexdigest()
 
 
 def _room_of(controller: str, plug_ins: Mapping[str, object]) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from ..controllers import InvalidInput, UnknownName, build_controller, discovery
 from .benchmark import Benchmark, Sweep, schedules
 from .loads import LoadSchedule
 from .robots import Robot
-from .specification import RunSpecification
+from .specification import CARRIED, FRESH, RunSpecification
 from .tiers import build_tier
 from .world import cached_plan, cached_robot
 
@@ -54,7 +54,7 @@ def expand(benchmark: Benchmark, *, plug_ins: Mapping[str, object] | None = None
         cells = _cells(world, sweep, robot)
         for controller in sweep.controllers or ():
             used.add(controller)
-            settings = benchmark.settings.get(controller, {})
+            settings = (sweep.settings or {}).get(controller, {})
             for level in _levels(controller, settings, sweep, plug_ins or {}):
                 for cell in cells:
                     specification = cell(controller=controller, settings=dict(settings), knowledge=level)
@@ -105,6 +105,12 @@ def _levels(
             raise UnknownName("knowledge level", level, known)
     factory = discovery.load("controllers", plug_ins.get(controller, controller))
     built = build_controller(factory, settings, name=controller)
+    if sweep.protocol == CARRIED and not getattr(built, "carry_over", False):
+        raise InvalidInput(
+            "has no carry_over",
+            f"controller {controller!r} in protocol 'carried'",
+            "it forgets at every reset; run it fresh",
+        )
     levels = knowledge_levels(built, known)
     return tuple(level for level in levels if not sweep.knowledge or level in sweep.knowledge)
 
@@ -117,7 +123,6 @@ def _world(benchmark: Benchmark, robot: Robot, plant: str) -> RunFactory:
         tool=robot.tool,
         plant=plant,
         tier=benchmark.tier,
-        lead_in=benchmark.lead_in,
         latency=benchmark.latency,
         campaign=benchmark.seed,
     )
@@ -130,8 +135,11 @@ def _cells(world: RunFactory, sweep: Sweep, robot: Robot) -> list[RunFactory]:
         InvalidInput: If the robot cannot follow a motion or carry a load.
     """
     histories = tuple(_checked(history, robot) for history in schedules(sweep))
+    lead_in = 1.0 if sweep.lead_in is None else sweep.lead_in
     for trajectory in sweep.trajectories or ():
-        cached_plan(robot, trajectory, world.keywords["lead_in"])
+        cached_plan(robot, trajectory, lead_in)
+    times = sweep.repetitions or 1
+    repeated: list[dict[str, int]] = [{"repetition": repetition} for repetition in range(times)]
     return [
         partial(
             world,
@@ -139,11 +147,13 @@ def _cells(world: RunFactory, sweep: Sweep, robot: Robot) -> list[RunFactory]:
             schedule=history,
             twins=bool(sweep.twins) and bool(history.events),
             laps=sweep.laps or 3,
-            repetition=repetition,
+            lead_in=lead_in,
+            protocol=sweep.protocol or FRESH,
+            **repetition,
         )
         for trajectory in sweep.trajectories or ()
         for history in histories
-        for repetition in range(sweep.repetitions or 1)
+        for repetition in ([{"repetitions": times}] if sweep.protocol == CARRIED else repeated)
     ]
 
 

@@ -3,12 +3,16 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..controllers import InvalidInput
 from .loads import LoadSchedule, Payload
 
 SCHEMA = 1
+
+FRESH, CARRIED = "fresh", "carried"
+PROTOCOLS = (FRESH, CARRIED)
+"""``fresh``: every run starts anew. ``carried``: repetitions follow one another on one controller that learns on."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +35,8 @@ class RunSpecification:
         latency: Ticks by which every command is late, before the limiter.
         campaign: Seed of the campaign.
         repetition: Number of the repetition, from 0.
+        protocol: ``"fresh"`` or ``"carried"``, see :data:`PROTOCOLS`.
+        repetitions: Length of the chain of repetitions of ``carried``, 1 in ``fresh``.
     """
 
     controller: str
@@ -48,6 +54,8 @@ class RunSpecification:
     latency: int = 0
     campaign: int = 1
     repetition: int = 0
+    protocol: str = FRESH
+    repetitions: int = 1
 
     def __post_init__(self) -> None:
         """Check what needs neither robot nor plug-in."""
@@ -55,11 +63,34 @@ class RunSpecification:
             ("laps", self.laps, 1),
             ("latency", self.latency, 0),
             ("repetition", self.repetition, 0),
+            ("repetitions", self.repetitions, 1),
         ):
             if value < least:
                 raise InvalidInput(f"{name} = {value}", "run", f"at least {least}")
         if not 0.0 <= self.lead_in < 60.0:
             raise InvalidInput(f"lead_in = {self.lead_in:g} s", "run", "between 0 and 60 s")
+        self._check_protocol()
+
+    def _check_protocol(self) -> None:
+        """Check that a chain is a chain: it starts at repetition 0 and has no twins."""
+        if self.protocol not in PROTOCOLS:
+            raise InvalidInput(f"protocol = {self.protocol!r}", "run", f"one of {', '.join(PROTOCOLS)}")
+        if self.protocol == FRESH and self.repetitions > 1:
+            raise InvalidInput(f"repetitions = {self.repetitions} in one run", "run", "only in protocol 'carried'")
+        if self.protocol == CARRIED and self.repetition:
+            raise InvalidInput(f"repetition = {self.repetition}", "run", "a chain of protocol 'carried' starts at 0")
+        if self.protocol == CARRIED and self.twins:
+            # A twin has to start from what the run had learnt, but in a chain of its own it learns something else.
+            raise InvalidInput("twins in protocol 'carried'", "run", "judge events in protocol 'fresh'")
+
+    def links(self) -> tuple["RunSpecification", ...]:
+        """Return the repetitions that this run consists of, each as ``fresh`` would have it and with its draws."""
+        if self.protocol == FRESH:
+            return (self,)
+        return tuple(
+            replace(self, protocol=FRESH, repetitions=1, repetition=repetition)
+            for repetition in range(self.repetitions)
+        )
 
     @property
     def label(self) -> str:
@@ -85,6 +116,8 @@ class RunSpecification:
             "latency": self.latency,
             "campaign": self.campaign,
             "repetition": self.repetition,
+            "protocol": self.protocol,
+            "repetitions": self.repetitions,
         }
         return canonical_json(table)
 

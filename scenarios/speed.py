@@ -2,11 +2,11 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..controllers import Observation, Target, discovery
+from ..controllers import Observation, Target, build_controller, discovery
 from .episode import Outcome, run_episode
 from .execution import Evaluate, execute
 from .loads import LoadSchedule, Payload
@@ -18,6 +18,8 @@ from .world import World
 REPEATS = 5
 LOAD = LoadSchedule.constant(Payload(mass=2.5, material="sand"))
 TRAJECTORY = "T6"
+SPIKING, THIRD_LEVEL = "cbmc_v3", 50
+"""The spiking controller, and the period of its slowest level [ticks]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +93,33 @@ def measure_speed(plant: str, *, evaluate: Evaluate) -> tuple[Figure, ...]:
     )
     figures.append(Figure(name="flexiv_factory tick", value=call_time("flexiv_factory", plant), unit="us", bar=40.0))
     figures.append(Figure(name="computed_torque tick", value=call_time("computed_torque", plant), unit="us"))
+    if SPIKING in discovery.names("controllers"):
+        figures += spiking_figures(plant)
     return tuple(figures)
+
+
+def spiking_figures(plant: str) -> list[Figure]:
+    """Return what the spiking controller costs: on average, when all its levels run, at worst, and its whole loop."""
+    outcomes = []
+    for _ in range(REPEATS):
+        specification = replace(_specification(SPIKING, plant, "ideal"), knowledge="none")
+        world = World(specification, LOAD)
+        controller = build_controller(discovery.load("controllers", SPIKING), {}, name=SPIKING)
+        controller.reset(world.task())  # type: ignore[attr-defined]
+        provider = discovery.load("knowledge", "none")()  # type: ignore[operator]
+        outcomes.append(run_episode(world.episode(controller, provider)))
+        world.plant.close()
+    calls = [outcome.log["call_time"][500:] * 1e-3 for outcome in outcomes]
+    # Row k is tick k + 1, so the rows at which the third level runs end a stretch of its period.
+    all_levels = [np.median(times[(THIRD_LEVEL - 501) % THIRD_LEVEL :: THIRD_LEVEL]) for times in calls]
+    factor = max(len(outcome.log) * 1e-3 / outcome.wall_time for outcome in outcomes)
+    name = f"{SPIKING} tick"
+    return [
+        Figure(name=f"{name}, mean", value=min(times.mean() for times in calls), unit="us", bar=6.0),
+        Figure(name=f"{name}, all levels, median", value=float(min(all_levels)), unit="us", bar=100.0),
+        Figure(name=f"{name}, 99.9th percentile", value=min(np.quantile(times, 0.999) for times in calls), unit="us"),
+        Figure(name=f"{SPIKING}, whole loop", value=factor, unit="x real time", bar=35.0, at_least=True),
+    ]
 
 
 def tick_time(plant: str, tier: str) -> float:

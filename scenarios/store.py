@@ -1,7 +1,7 @@
 """The run store: one folder with a SQLite file of rows and a content-addressed folder of traces.
 
-A run and its twins are written in one transaction, after their traces are in place, so a kill at any moment loses
-only runs in flight.
+A run is written with its twins, or with all repetitions of its chain, in one transaction and after their traces are
+in place, so a kill at any moment loses only runs in flight.
 """
 
 import fcntl
@@ -20,7 +20,7 @@ import numpy as np
 
 from ..controllers import InvalidInput
 from .result import OK, REFUSED, RunResult
-from .specification import RunSpecification
+from .specification import CARRIED, RunSpecification
 from .trace import decode_trace
 
 SCHEMA = 1
@@ -30,14 +30,15 @@ DATABASE, TRACES, LOCK = "runs.sqlite", "traces", "lock"
 
 _TABLES = """
 CREATE TABLE runs (
-    address TEXT NOT NULL, role TEXT NOT NULL, specification TEXT NOT NULL, status TEXT NOT NULL,
-    cause TEXT NOT NULL, reason TEXT NOT NULL, failed_at REAL, metrics TEXT NOT NULL, laps TEXT NOT NULL,
-    ledger TEXT NOT NULL, counts TEXT NOT NULL, timing TEXT NOT NULL, provenance TEXT NOT NULL, trace TEXT NOT NULL,
-    PRIMARY KEY (address, role)
+    address TEXT NOT NULL, role TEXT NOT NULL, repetition INTEGER NOT NULL, specification TEXT NOT NULL,
+    status TEXT NOT NULL, cause TEXT NOT NULL, reason TEXT NOT NULL, failed_at REAL, metrics TEXT NOT NULL,
+    laps TEXT NOT NULL, diagnostics TEXT NOT NULL, ledger TEXT NOT NULL, counts TEXT NOT NULL, timing TEXT NOT NULL,
+    provenance TEXT NOT NULL, trace TEXT NOT NULL,
+    PRIMARY KEY (address, role, repetition)
 );
 CREATE TABLE campaigns (id INTEGER PRIMARY KEY, started TEXT NOT NULL, record TEXT NOT NULL);
 """
-_JSON_FIELDS = ("metrics", "laps", "ledger", "counts", "timing", "provenance")
+_JSON_FIELDS = ("metrics", "laps", "diagnostics", "ledger", "counts", "timing", "provenance")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +56,11 @@ class StoredRun:
     specification: RunSpecification
     result: RunResult
     trace: str
+
+    @property
+    def repetition(self) -> int:
+        """Number of the repetition: that of the row in a chain of protocol ``carried``, else that of the run."""
+        return self.result.repetition if self.specification.protocol == CARRIED else self.specification.repetition
 
 
 class Store:
@@ -112,7 +118,7 @@ class Store:
         return found
 
     def put(self, address: str, specification: RunSpecification, results: Sequence[RunResult]) -> None:
-        """Write a run and its twins in one transaction; earlier rows of the address are replaced.
+        """Write all rows of a run in one transaction; earlier rows of the address are replaced.
 
         Raises:
             InvalidInput: If the disk is full or the folder is gone; nothing of the run is stored then.
@@ -309,6 +315,7 @@ def _row(address: str, specification: RunSpecification, result: RunResult, trace
     fixed = (
         address,
         result.role,
+        result.repetition,
         specification.as_json(),
         result.status,
         result.cause,
@@ -324,13 +331,14 @@ def _text(value: object) -> str:
 
 
 def _stored(row: Sequence[object]) -> StoredRun:
-    address, role, specification, status, cause, reason, failed_at, *texts = row
+    address, role, repetition, specification, status, cause, reason, failed_at, *texts = row
     values = {name: json.loads(str(text)) for name, text in zip(_JSON_FIELDS, texts[:-1], strict=True)}
     return StoredRun(
         address=str(address),
         specification=RunSpecification.from_json(str(specification)),
         result=RunResult(
             role=str(role),
+            repetition=repetition,  # type: ignore[arg-type]
             status=str(status),
             cause=str(cause),
             reason=str(reason),

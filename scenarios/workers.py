@@ -5,11 +5,11 @@ import os
 import signal
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
-from .execution import Evaluate, execute, rehearse
+from .execution import Evaluate, EvaluateEvents, execute, rehearse
 from .result import FAILED, RunResult
 from .specification import RunSpecification
 
@@ -32,11 +32,13 @@ class Duty:
         evaluate: Scores a log.
         traces: Which traces are kept, see :func:`~.execution.execute`.
         plug_ins: Python objects behind controller names that no other door knows.
+        evaluate_events: Compares a run with its twins; None leaves events out.
     """
 
     evaluate: Evaluate
     traces: str
     plug_ins: Mapping[str, object]
+    evaluate_events: EvaluateEvents | None = None
 
 
 IDLE, REHEARSING = -1, -2
@@ -44,11 +46,12 @@ IDLE, REHEARSING = -1, -2
 
 @dataclass
 class _Worker:
-    """A process, its pipe, and the position of what it is working on."""
+    """A process, its pipe, what it is working on, and the position of that."""
 
     process: SpawnProcess
     pipe: Connection
     job: int = IDLE
+    work: RunSpecification | list[RunSpecification] = field(default_factory=list)
 
 
 def run_in_workers(
@@ -100,7 +103,7 @@ def _one_of_each(specifications: Sequence[RunSpecification]) -> list[RunSpecific
 
 def _give(worker: _Worker, job: int, work: RunSpecification | list[RunSpecification]) -> None:
     """Send work to a worker; if it has died meanwhile, collecting its answer says so."""
-    worker.job = job
+    worker.job, worker.work = job, work
     with suppress(OSError):
         worker.pipe.send(work)
 
@@ -126,13 +129,16 @@ def _collect(worker: _Worker, crew: list[_Worker]) -> tuple[RunResult, ...]:
     worker.pipe.close()
     code = worker.process.exitcode
     if code == HARD_EXIT:
-        return (_lost("time-out", "a call of the controller did not return and its process was ended"),)
+        return _lost(worker.work, "time-out", "a call of the controller did not return and its process was ended")
     name = signal.Signals(-code).name if code is not None and code < 0 else f"status {code}"
-    return (_lost("crash", f"the process of the run ended with {name}"),)
+    return _lost(worker.work, "crash", f"the process of the run ended with {name}")
 
 
-def _lost(cause: str, reason: str) -> RunResult:
-    return RunResult(role="run", status=FAILED, cause=cause, reason=reason)
+def _lost(work: RunSpecification | list[RunSpecification], cause: str, reason: str) -> tuple[RunResult, ...]:
+    """Return the rows of a run of which nothing is left, one for each repetition; none for a rehearsal."""
+    links = () if isinstance(work, list) else work.links()
+    lost = RunResult(role="run", status=FAILED, cause=cause, reason=reason)
+    return tuple(replace(lost, repetition=link.repetition) for link in links)
 
 
 def _hire(duty: Duty) -> _Worker:
@@ -166,9 +172,15 @@ def _rehearsed(specifications: list[RunSpecification], duty: Duty) -> tuple[RunR
 def _guarded(specification: RunSpecification, duty: Duty) -> tuple[RunResult, ...]:
     """Run a specification; whatever the harness itself stumbles over becomes a failed run too."""
     try:
-        return execute(specification, evaluate=duty.evaluate, traces=duty.traces, plug_ins=duty.plug_ins)
+        return execute(
+            specification,
+            evaluate=duty.evaluate,
+            evaluate_events=duty.evaluate_events,
+            traces=duty.traces,
+            plug_ins=duty.plug_ins,
+        )
     except Exception as error:
-        return (_lost("exception", f"{type(error).__name__}: {' '.join(str(error).split())}"),)
+        return _lost(specification, "exception", f"{type(error).__name__}: {' '.join(str(error).split())}")
 
 
 @contextmanager

@@ -11,6 +11,7 @@ COMMANDS = {
     "list": "List what can be named: controllers, trajectories, benchmarks and so on.",
     "speed": "Measure how fast harness, plants and controllers are on this machine.",
     "merge": "Join results folders.",
+    "train": "Train the cerebellum's patterns for an arm.",
     "doctor": "Print every library's version and origin, what is missing and what that costs.",
 }
 

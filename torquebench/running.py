@@ -12,7 +12,7 @@ from .scenarios.campaign import Campaign, Finished, plan_campaign, predicted_tim
 from .scenarios.execution import TRACE_KINDS
 from .scenarios.result import FAILED, REFUSED
 from .scenarios.store import DATABASE, Store
-from .scoring import score
+from .scoring import score, score_events
 
 Watch = Callable[[Campaign, Finished | None], None]
 """Is told of the campaign before its first run, and of every run after it was written."""
@@ -67,7 +67,7 @@ def run(
     Args:
         benchmark: Name of one that ships, or a ``.toml`` file.
         out: Folder of the store; what it holds already is not run again.
-        controllers: Names, doors or Python objects in place of the benchmark's own.
+        controllers: Names, doors or Python objects in place of the benchmark's own, see :func:`load_benchmark`.
         robot: Name or file in place of the benchmark's own.
         plant: Name in place of the benchmark's own.
         tier: Name in place of the benchmark's own.
@@ -95,8 +95,7 @@ def run(
     if latency is not None:
         overrides["latency"] = latency
     loaded = load_benchmark(benchmark, overrides=overrides, changes=changes)
-    processes = workers or len(os.sched_getaffinity(0))
-    folder = Path(out)
+    processes, folder = workers or len(os.sched_getaffinity(0)), Path(out)
     options = {"shard": shard, "retry_failed": retry_failed, "plug_ins": plug_ins}
     if dry_run:
         return _planned(folder, plan_campaign(loaded, _statuses(folder), **options), processes)  # type: ignore[arg-type]
@@ -107,7 +106,9 @@ def run(
         if watch is not None:
             watch(campaign, None)
         simulated = 0.0
-        for finished in run_campaign(campaign, store, evaluate=score, workers=processes, traces=traces):
+        for finished in run_campaign(
+            campaign, store, evaluate=score, evaluate_events=score_events, workers=processes, traces=traces
+        ):
             simulated += finished.simulated
             if watch is not None:
                 watch(campaign, finished)

@@ -1,6 +1,9 @@
 """Joins harness and metrics: scores a log in the worker, at full rate."""
 
-from .evaluation.metrics import error_by_lap, evaluate, orientation_error_by_lap
+from collections.abc import Sequence
+
+from .evaluation.metrics import EventTwins, error_by_lap, evaluate, evaluate_events, orientation_error_by_lap
+from .scenarios.events import EventScores, LoadEvent
 from .scenarios.log import RunLog
 from .scenarios.result import Scores
 
@@ -22,3 +25,25 @@ def score(log: RunLog) -> Scores:
             "tcp_orientation_error_mean": orientation.tolist(),
         },
     )
+
+
+def score_events(log: RunLog, events: Sequence[LoadEvent]) -> EventScores:
+    """Return the metrics of the load events of a run, by window.
+
+    Args:
+        log: The run.
+        events: Its events, with the logs of the twins that they are judged against.
+    """
+    twins = [
+        EventTwins(
+            time=event.time,
+            until=event.until,
+            mass_change=event.mass_change,
+            old=event.old,
+            new=event.new,
+            reason=event.reason,
+        )
+        for event in events
+    ]
+    values = evaluate_events(log, twins)
+    return {window: {name: value.as_dict() for name, value in found.items()} for window, found in values.items()}

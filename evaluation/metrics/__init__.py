@@ -12,8 +12,33 @@ from .contour import (
     cross_track_error_rms,
     cross_track_series,
 )
+from .excess import (
+    event_excess_per_kg,
+    excess_integral,
+    excess_integral_position,
+    excess_peak,
+    excess_peak_position,
+    excess_peak_time,
+    residual_excess,
+    residual_excess_position,
+)
+from .gains import (
+    gain_correlation,
+    gain_correlation_by_joint,
+    gain_correlation_within_laps,
+    gain_variation,
+    less_lap_mean,
+)
 from .lag import joint_time_lag, joint_time_lags, lag_free_error, lag_share, time_lag
 from .laps import error_by_lap, orientation_error_by_lap
+from .modules import (
+    equivalent_load,
+    gravity_torque_bias,
+    gravity_torque_bias_by_joint,
+    gravity_torque_nrmse,
+    spike_rate,
+    thalamus_weight_slope,
+)
 from .orientation import (
     tcp_orientation_error_euler_raw,
     tcp_orientation_error_euler_wrapped,
@@ -22,6 +47,16 @@ from .orientation import (
     tcp_orientation_error_mean,
     tcp_orientation_error_p95,
     tcp_orientation_error_rms,
+)
+from .peaks import (
+    recovery_peaks_05,
+    recovery_peaks_10,
+    recovery_peaks_15,
+    recovery_peaks_20,
+    recovery_peaks_30,
+    recovery_peaks_raw,
+    recovery_peaks_raw_null,
+    recovery_peaks_stable,
 )
 from .polyline import contour_distances
 from .precision import (
@@ -36,7 +71,16 @@ from .precision import (
     tcp_position_error_p95,
     tcp_position_error_rms,
 )
+from .recovery import (
+    recovery_time_nominal,
+    recovery_time_nominal_position,
+    recovery_time_settled,
+    recovery_time_settled_10,
+    recovery_time_settled_50,
+    recovery_time_settled_position,
+)
 from .registry import CONSTANTS, UNDEFINED, Censored, Metric, Value, metric
+from .resilience import EVENT_METRICS, EventTwins, evaluate_events, success
 from .saturation import (
     clip_fraction,
     clip_fraction_by_joint,
@@ -45,15 +89,24 @@ from .saturation import (
     torque_rate_clip_fraction,
     velocity_limit_fraction,
 )
+from .series import (
+    error_peak_raw,
+    improvement_rate,
+    last_cycle_error,
+    recovery_time_cycle_band,
+    recovery_time_paper_style,
+)
 from .smoothness import torque_rate_rms, torque_rate_rms_by_joint, torque_ripple, torque_total_variation
 from .windows import WINDOWS, evaluate, window_rows
 
 __all__ = [
     "CONSTANTS",
+    "EVENT_METRICS",
     "METRICS",
     "UNDEFINED",
     "WINDOWS",
     "Censored",
+    "EventTwins",
     "Metric",
     "Value",
     "along_track_error_mean",
@@ -69,8 +122,25 @@ __all__ = [
     "cross_track_error_mean",
     "cross_track_error_rms",
     "cross_track_series",
+    "equivalent_load",
     "error_by_lap",
+    "error_peak_raw",
     "evaluate",
+    "evaluate_events",
+    "event_excess_per_kg",
+    "excess_integral",
+    "excess_integral_position",
+    "excess_peak",
+    "excess_peak_position",
+    "excess_peak_time",
+    "gain_correlation",
+    "gain_correlation_by_joint",
+    "gain_correlation_within_laps",
+    "gain_variation",
+    "gravity_torque_bias",
+    "gravity_torque_bias_by_joint",
+    "gravity_torque_nrmse",
+    "improvement_rate",
     "joint_error_mean",
     "joint_error_norm_series",
     "joint_error_rms",
@@ -80,9 +150,31 @@ __all__ = [
     "joint_time_lags",
     "lag_free_error",
     "lag_share",
+    "last_cycle_error",
+    "less_lap_mean",
     "metric",
     "orientation_error_by_lap",
     "position_limit_margin_min",
+    "recovery_peaks_05",
+    "recovery_peaks_10",
+    "recovery_peaks_15",
+    "recovery_peaks_20",
+    "recovery_peaks_30",
+    "recovery_peaks_raw",
+    "recovery_peaks_raw_null",
+    "recovery_peaks_stable",
+    "recovery_time_cycle_band",
+    "recovery_time_nominal",
+    "recovery_time_nominal_position",
+    "recovery_time_paper_style",
+    "recovery_time_settled",
+    "recovery_time_settled_10",
+    "recovery_time_settled_50",
+    "recovery_time_settled_position",
+    "residual_excess",
+    "residual_excess_position",
+    "spike_rate",
+    "success",
     "tcp_orientation_error_euler_raw",
     "tcp_orientation_error_euler_wrapped",
     "tcp_orientation_error_last_lap",
@@ -95,6 +187,7 @@ __all__ = [
     "tcp_position_error_mean",
     "tcp_position_error_p95",
     "tcp_position_error_rms",
+    "thalamus_weight_slope",
     "time_lag",
     "torque_rate_clip_fraction",
     "torque_rate_rms",

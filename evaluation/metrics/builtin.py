@@ -1,9 +1,26 @@
 """The metrics that come with the library, collected from their families."""
 
-from . import contour, lag, orientation, precision, saturation, smoothness
+from . import (
+    contour,
+    excess,
+    gains,
+    lag,
+    modules,
+    orientation,
+    peaks,
+    precision,
+    recovery,
+    resilience,
+    saturation,
+    series,
+    smoothness,
+)
 from .registry import Metric
 
-FAMILIES = (precision, orientation, lag, contour, smoothness, saturation)
+FAMILIES = (
+    *(precision, orientation, lag, contour, smoothness, saturation),
+    *(resilience, recovery, excess, peaks, series, modules, gains),
+)
 
 METRICS: dict[str, Metric[...]] = {
     found.id: found

@@ -2,8 +2,9 @@
 
 import inspect
 import math
+import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, Literal, ParamSpec
 
 import numpy as np
@@ -14,6 +15,8 @@ from .shared import is_finite
 Arguments = ParamSpec("Arguments")
 Better = Literal["lower", "higher", "none"]
 Status = Literal["ok", "censored", "failed", "undefined"]
+Kind = Literal["log", "table", "twins"]
+"""What a metric is computed from: one log, values or curves of several runs, or a run with its twins."""
 
 UNDEFINED = math.nan
 """What a metric returns where it has no meaning: the time lag of a reference that rests, the rate of one sample."""
@@ -23,7 +26,7 @@ CONSTANTS = frozenset({"dt", "lap", "effort", "torque_rate", "velocity", "lower"
 
 
 class Censored(float):
-    """A metric's value that is only a bound: the truth lies at it or beyond."""
+    """A metric's value that is only a bound: the truth lies at it or beyond; infinite if it never came about."""
 
 
 @dataclass(frozen=True)
@@ -35,16 +38,20 @@ class Value:
         unit: Its unit.
         status: ``ok``; ``censored``, a bound only; ``failed``, a sample was not finite; ``undefined``, no meaning here.
         n: Number of ticks it was computed from.
+        reason: Why there is no number, where the status alone does not say it.
     """
 
     value: float
     unit: str
     status: Status
     n: int
+    reason: str = ""
 
     def as_dict(self) -> dict[str, float | str | int]:
-        """Return the fields as plain numbers and words, ready for JSON (NaN stays NaN)."""
-        return {"value": self.value, "unit": self.unit, "status": self.status, "n": self.n}
+        """Return the fields as plain numbers and words, ready for JSON (NaN and infinity stay what they are)."""
+        plain: dict[str, float | str | int] = {"value": self.value, "unit": self.unit, "status": self.status}
+        plain["n"] = self.n
+        return plain | {"reason": self.reason} if self.reason else plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +69,7 @@ class Metric(Generic[Arguments]):
         fail_value: What a failed run counts as in ratios, in ``unit``; None keeps failed runs out of ratios.
         version: Grows when the formula changes.
         function: The bare formula, without the shared checks.
+        kind: What it is computed from; only metrics of a log are computed for every run.
     """
 
     id: str
@@ -74,6 +82,7 @@ class Metric(Generic[Arguments]):
     fail_value: float | None
     version: int
     function: Callable[Arguments, float]
+    kind: Kind = "log"
 
     def __post_init__(self) -> None:
         """Take over the function's name and docstring, so that help and documentation show them."""
@@ -123,9 +132,11 @@ class Metric(Generic[Arguments]):
         if not all(is_finite(samples) for samples in series.values()):
             return Value(math.nan, self.unit, "failed", ticks)
         number = self.function(**_as_arrays(arguments))  # type: ignore[call-arg]
+        if isinstance(number, Censored):
+            return Value(float(number), self.unit, "censored", ticks)
         if not math.isfinite(number):
             return Value(math.nan, self.unit, "undefined", ticks)
-        return Value(float(number), self.unit, "censored" if isinstance(number, Censored) else "ok", ticks)
+        return Value(float(number), self.unit, "ok", ticks)
 
     def _series(self, arguments: Mapping[str, Any]) -> dict[str, np.ndarray]:
         """Return the arguments with a row for each tick, after checking that they have equally many, and any."""
@@ -153,6 +164,7 @@ def metric(
     label: str,
     fail_value: float | None = None,
     version: int = 1,
+    kind: Kind = "log",
 ) -> Callable[[Callable[Arguments, float]], Metric[Arguments]]:
     """Make a metric of a function of bare arrays.
 
@@ -168,6 +180,7 @@ def metric(
         label: Words for people.
         fail_value: What a failed run counts as in ratios, in ``unit``.
         version: Grows when the formula changes.
+        kind: What it is computed from.
 
     Returns:
         A decorator that turns the function into a :class:`Metric`.
@@ -180,6 +193,44 @@ def metric(
         names = tuple(inspect.signature(function).parameters)
         if names != needs:
             raise TypeError(f"{function.__name__} takes {names} but declares that it needs {needs}")
-        return Metric(function.__name__, unit, better, family, needs, source, label, fail_value, version, function)
+        words = (unit, better, family, needs, source, label)
+        return Metric(function.__name__, *words, fail_value, version, function, kind)
 
     return decorate
+
+
+def variant(
+    base: Metric[...],
+    name: str,
+    label: str,
+    *,
+    function: Callable[..., float] | None = None,
+    needs: tuple[str, ...] = (),
+    quantity: tuple[str, str] = ("", ""),
+) -> Metric[...]:
+    """Make a metric that differs from another in one number or in the series it looks at.
+
+    Args:
+        base: The metric it is a variant of; assign the result in the same module, under its id.
+        name: Its id.
+        label: Words for people, also the first line of its docstring.
+        function: The formula with the other number, taking the base's arguments by position; the base's if None.
+        needs: Its arguments in the base's order; the base's if empty.
+        quantity: Unit of the base's series and of its own, for example ``("rad", "m")``.
+    """
+    formula, names = function or base.function, needs or base.needs
+    signature = inspect.Signature([inspect.Parameter(n, inspect.Parameter.POSITIONAL_OR_KEYWORD) for n in names])
+
+    def call(*args: Any, **named: Any) -> float:
+        return formula(*signature.bind(*args, **named).args)
+
+    text = (base.__doc__ or "").partition("\n")[2]
+    for old, new in zip(base.needs, names, strict=True):
+        text = re.sub(rf"^( +){old}: ", rf"\g<1>{new}: ", text, flags=re.MULTILINE)
+    old_unit, new_unit = quantity
+    text = text.replace(f"[{old_unit}", f"[{new_unit}")
+    call.__name__ = call.__qualname__ = name
+    call.__module__, call.__doc__ = base.function.__module__, f"{label[0].upper()}{label[1:]}.\n{text}"
+    call.__signature__ = signature  # type: ignore[attr-defined]
+    unit = base.unit.replace(old_unit, new_unit)
+    return replace(base, id=name, label=label, unit=unit, needs=names, function=call)

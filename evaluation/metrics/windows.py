@@ -50,11 +50,12 @@ def evaluate(
 ) -> dict[str, dict[str, Value]]:
     """Compute metrics of a log.
 
-    A metric whose fields the log does not have, or has as None, is left out; so is a window without a sample.
+    A metric whose fields the log does not have, or has as None, is left out; so is one of several runs or of a run
+    with its twins, and a window without a sample.
 
     Args:
         log: Any object with attributes of the contract's field names: ``t``, ``dt``, and what the metrics need.
-        ids: Which metrics; all that are possible if None.
+        ids: Which metrics of a log; all that are possible if None.
         windows: Which windows; see :data:`WINDOWS`.
         metrics: The metrics by id; a program with plug-ins passes its own table.
 
@@ -66,7 +67,8 @@ def evaluate(
         UnknownWindow: If a window has no definition.
         UnequalLengths: If fields of the log hold different numbers of ticks.
     """
-    chosen = list(metrics.values()) if ids is None else [_lookup(name, metrics) for name in ids]
+    asked = list(metrics.values()) if ids is None else [_lookup(name, metrics) for name in ids]
+    chosen = [m for m in asked if m.kind == "log"]
     fields = _fields(log, chosen)
     possible = [m for m in chosen if all(name in fields for name in m.needs)]
     dt, lap = float(log.dt), getattr(log, "lap", None)  # type: ignore[attr-defined]

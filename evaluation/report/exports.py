@@ -13,6 +13,8 @@ from ..metrics import METRICS
 from ..summary import Summary
 from .fairness import ledger_of
 from .findings import COMPARED, HEADLINES, SUMMARISED, Findings
+from .panel_exports import panel_figures
+from .panels import Panels
 from .sentences import failure_sentence, lead_sentences, unranked_sentence
 from .worlds import Run
 
@@ -77,11 +79,13 @@ def comparisons_csv(findings: Sequence[Findings]) -> str:
     return _csv(header, [[row.get(name, "") for name in header] for row in rows])
 
 
-def summary_json(findings: Sequence[Findings], campaigns: Sequence[Mapping[str, object]]) -> str:
+def summary_json(
+    findings: Sequence[Findings], panels: Sequence[Panels], campaigns: Sequence[Mapping[str, object]]
+) -> str:
     """Return every figure of the page with unit, window, number of runs, interval and reference."""
     content = {
         "schema": SCHEMA,
-        "worlds": [_world(found) for found in findings],
+        "worlds": [{**_world(found), **panel_figures(extra)} for found, extra in zip(findings, panels, strict=True)],
         "metrics": {
             name: {
                 field: getattr(METRICS[name], field)

@@ -4,10 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
-from . import fairness, headline, pairs, records, run_tables, split_tables
+from . import drawing, fairness, headline, pairs, records, run_tables, split_tables
+from .charts import Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
+from .panels import Panels
 from .sentences import facts_in_words, failure_sentence, lead_sentences, unranked_sentence
 from .table import Table
 from .worlds import differing_facts
@@ -38,6 +41,7 @@ class Section:
         comparisons: Tables of comparisons, those of the headline metrics first.
         runs: Label and runs of each controller.
         twins: Table of twins.
+        panels: Load events, modules and charts by lap.
     """
 
     id: str
@@ -60,18 +64,37 @@ class Section:
     comparisons: Sequence[Table]
     runs: Sequence[tuple[str, Table]]
     twins: Table
+    panels: Panels
 
 
-def render(findings: Sequence[Findings], campaigns: Sequence[Mapping[str, object]]) -> str:
-    """Return the page.
+def render(
+    findings: Sequence[Findings], panels: Sequence[Panels], campaigns: Sequence[Mapping[str, object]]
+) -> tuple[str, dict[str, str]]:
+    """Return the page and its figures.
 
     Args:
         findings: Findings of each world.
+        panels: What the section of each world has besides.
         campaigns: Records of the campaigns, oldest first.
 
     Returns:
-        One HTML text that needs nothing beside it.
+        One HTML text that needs nothing beside it, and the texts of the figures' files by name.
     """
+    environment = _environment()
+    differing = differing_facts([found.world for found in findings])
+    title, description = _title(campaigns)
+    sections = [_section(found, extra, differing) for found, extra in zip(findings, panels, strict=True)]
+    page = environment.get_template("page.html").render(
+        title=title,
+        description=description,
+        sections=sections,
+        definitions=records.definition_table(dict.fromkeys(name for extra in panels for name in extra.metrics)),
+        campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
+    )
+    return page, _figure_files(environment, sections)
+
+
+def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("torquebench.evaluation.report"),
         autoescape=True,
@@ -79,18 +102,30 @@ def render(findings: Sequence[Findings], campaigns: Sequence[Mapping[str, object
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    differing = differing_facts([found.world for found in findings])
-    title, description = _title(campaigns)
-    return environment.get_template("page.html").render(
-        title=title,
-        description=description,
-        sections=[_section(found, differing) for found in findings],
-        definitions=records.definition_table(),
-        campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
-    )
+
+    def draw(chart: Chart) -> Markup:
+        return Markup(drawing.draw(chart))
+
+    def swatch(style: int, *, plain: bool) -> Markup:
+        return Markup(drawing.swatch(style, plain=plain))
+
+    environment.globals.update(draw=draw, swatch=swatch)
+    return environment
 
 
-def _section(found: Findings, differing: Sequence[str]) -> Section:
+def _figure_files(environment: Environment, sections: Sequence[Section]) -> dict[str, str]:
+    """Return the file of each figure of the page by its name."""
+    macro = environment.get_template("macros.html").module.drawing  # type: ignore[attr-defined]
+    files = {}
+    for section in sections:
+        for figure in (*section.ratios, *(figure for figure, _ in section.dots)):
+            files[f"{figure.id}.svg"] = drawing.wrap_file(str(macro(figure)), figure.title, figure.axis, figure.height)
+        for chart in section.panels.charts:
+            files[f"{chart.id}.svg"] = drawing.draw_file(chart)
+    return files
+
+
+def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Section:
     world = found.world
     dots = [(trajectory_figure(found, metric), split_tables.trajectory_table(found, metric)) for metric in HEADLINES]
     ratios = [ratio_figure(found, metric) for metric in HEADLINES]
@@ -116,6 +151,7 @@ def _section(found: Findings, differing: Sequence[str]) -> Section:
         comparisons=[pairs.comparison_table(found, metric) for metric in COMPARED if found.comparisons[metric]],
         runs=[(label, run_tables.run_table(found, label)) for label in found.order],
         twins=run_tables.twin_table(found),
+        panels=panels,
     )
 
 

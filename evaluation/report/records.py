@@ -1,21 +1,25 @@
 """Definitions of the metrics, and the gate that a campaign had to pass."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from ..metrics import METRICS
 from .findings import SUMMARISED
 from .table import Cell, Column, Table
 
 
-def definition_table() -> Table:
-    """Return the definition of every metric that the page uses, from the registry."""
+def definition_table(also: Iterable[str] = ()) -> Table:
+    """Return the definition of every metric that the page uses, from the registry.
+
+    Args:
+        also: Ids of metrics that only some pages use.
+    """
     columns = [
         Column(word, numeric=False)
         for word in ("Id", "Name", "Unit", "Better", "Counts as, if failed", "Source", "Definition")
     ]
     rows = []
-    for name in SUMMARISED:
+    for name in (*SUMMARISED, *also):
         metric = METRICS[name]
         failed = "left out" if metric.fail_value is None else f"{metric.fail_value:.3g} {metric.unit}"
         first_line = re.sub(r":\w+:`([^`]*)`", r"\1", (metric.__doc__ or "").strip().partition("\n")[0])

@@ -97,7 +97,7 @@ class Table:
     def notes(self) -> list[tuple[str, str]]:
         """Return what has to be said about columns."""
         return [
-            (f"{column.group}, {column.text[0].lower()}{column.text[1:]}" if column.group else column.text, column.note)
+            (f"{column.group}, {_within(column.text)}" if column.group else column.text, column.note)
             for column in self.columns
             if column.note
         ]
@@ -162,6 +162,11 @@ def head_cells(labels: Iterable[str], hrefs: Iterable[str] = ()) -> list[Cell]:
     listed = list(labels)
     links = list(hrefs) or [""] * len(listed)
     return [Cell(label, href=href, kind="head") for label, href in zip(listed, links, strict=True)]
+
+
+def _within(text: str) -> str:
+    """Return words as they stand within a sentence; an abbreviation keeps its capitals."""
+    return text if text[:2].isupper() else f"{text[0].lower()}{text[1:]}"
 
 
 def _cell(reading: Reading, number: float | None, decimals: int) -> Cell:

@@ -29,9 +29,11 @@ class Run:
 
     @property
     def anchor(self) -> str:
-        """Fragment of the run's row on the page; the role tells a run from its twins."""
-        role = "" if self.stored.result.role == RUN else f"-{self.stored.result.role.replace(' ', '-')}"
-        return f"run-{self.stored.address[:12]}{role}"
+        """Fragment of the run's row on the page; role and repetition tell the rows of one address apart."""
+        result = self.stored.result
+        role = "" if result.role == RUN else f"-{result.role.replace(' ', '-')}"
+        repetition = f"-{result.repetition}" if self.stored.specification.repetitions > 1 else ""
+        return f"run-{self.stored.address[:12]}{role}{repetition}"
 
     @property
     def load(self) -> str:
@@ -122,6 +124,7 @@ def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
         ("Load history", history_in_words(row) if run.schedule.events else CONSTANT),
         ("Laps", str(run.laps)),
         ("Lead-in", f"{run.lead_in:g} s"),
+        ("Protocol", run.protocol),
         ("Latency", f"{run.latency} ticks" if run.latency else "none"),
         ("Seed", str(run.campaign)),
     )
@@ -157,7 +160,7 @@ def _row(stored: StoredRun, label: str, group: str) -> RunRow:
         group=group,
         mass=first.mass,
         material="" if first.material == "none" else first.material,
-        repetition=run.repetition,
+        repetition=stored.repetition,
         status=stored.result.status,  # type: ignore[arg-type]
         metrics=stored.result.metrics,
     )

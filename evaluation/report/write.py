@@ -10,10 +10,13 @@ from ...scenarios.store import Store
 from .exports import comparisons_csv, runs_csv, summary_json
 from .findings import find_all
 from .page import render
+from .panels import panels_of
 from .worlds import worlds_of
 
 FOLDER = "report"
 """Where a report goes within its store."""
+FIGURES = "figures"
+"""Where its figures go within it."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +28,14 @@ class ReportFiles:
         summary: Every figure of the page, for programs.
         runs: One row for each run.
         comparisons: One row for each comparison with a reference.
+        figures: Folder with every figure of the page as an SVG file.
     """
 
     index: Path
     summary: Path
     runs: Path
     comparisons: Path
+    figures: Path
 
 
 def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
@@ -51,23 +56,30 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
     """
     with Store.read(Path(store_folder)) as store:
         stored, campaigns = store.runs(), store.campaigns()
-    findings = find_all(worlds_of(stored, campaigns))
+        findings = find_all(worlds_of(stored, campaigns))
+        panels = [panels_of(found, store) for found in findings]
+    page, figures = render(findings, panels, campaigns)
     texts = {
+        **{f"{FIGURES}/{name}": text for name, text in figures.items()},
         "runs.csv": runs_csv(findings),
         "comparisons.csv": comparisons_csv(findings),
-        "summary.json": summary_json(findings, campaigns),
-        "index.html": render(findings, campaigns),
+        "summary.json": summary_json(findings, panels, campaigns),
+        "index.html": page,
     }
     folder = Path(store_folder) / FOLDER if out is None else Path(out)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        (folder / FIGURES).mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             _replace(folder / name, text)
+        for file in (folder / FIGURES).glob("w[0-9]*.svg"):
+            if file.name not in figures:
+                # A figure that the page no longer has would outlive its data.
+                file.unlink()
     except OSError as cause:
         raise InvalidInput(
             f"cannot be written ({cause.strerror})", str(folder), "name another folder for the report"
         ) from cause
-    paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv"))
+    paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES))
     return ReportFiles(*paths)
 
 

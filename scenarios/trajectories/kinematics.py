@@ -178,7 +178,8 @@ def _settle(
             return q
         nearest = min(nearest, error[0], key=np.linalg.norm)
         move = inverse @ error[0] + null
-        q = q + move * min(1.0, STEP_LIMIT / float(np.linalg.norm(move)))
+        length = float(np.linalg.norm(move))
+        q = q + move * (STEP_LIMIT / length if length > STEP_LIMIT else 1.0)
     raise _unsettled(path, pose, nearest, time)
 
 

@@ -195,3 +195,11 @@ def test_listing_names_imports_nothing_heavy():
     assert "pinocchio" in plants
     for heavy in ("pybullet", "casadi", "scipy.optimize", "torch", "torquebench.baselines", "torquebench.scenarios"):
         assert heavy not in modules
+
+
+def test_the_meaning_of_a_name_is_read_without_running_its_module():
+    """`torquebench list controllers` shows a line each and loads none of them."""
+    points = discovery.registered("controllers")
+    assert discovery.meaning(points["computed_torque"]) == "Feedback linearisation, as delivered."
+    assert discovery.meaning(points["cbmc_v3"]) == "Five spiking modules on three levels that learn online."
+    assert all(discovery.meaning(point) for point in points.values())

@@ -284,3 +284,8 @@ def test_what_is_no_urdf_is_refused_in_one_line():
     with pytest.raises(InvalidInput, match="is not a readable URDF") as caught:
         RobotModel("<robot><oops", tool_frame="tool", flange_frame="flange", rotor_inertia=np.zeros(2))
     assert "\n" not in str(caught.value)
+
+
+def test_the_mass_beyond_the_flange_is_the_gripper(rizon):
+    """A law that reads the load off the force sensor must know what is no load."""
+    assert rizon.model().tool_mass == pytest.approx(1.186, abs=1e-12)

@@ -4,6 +4,7 @@ import pytest
 from torquebench.controllers import InvalidInput, UnknownName
 from torquebench.scenarios.benchmark import benchmark_names, load_benchmark, schedules
 from torquebench.scenarios.expansion import expand
+from torquebench.scenarios.world import cached_plan, cached_robot
 
 SMALL = """
 schema = 1
@@ -13,6 +14,13 @@ trajectories = ["T1", "T6"]
 loads = [{ mass = 1.5 }, { mass = 3.5, material = "sand" }]
 laps = 1
 plant = "pinocchio"
+"""
+LAW = """
+class Law:
+    carry_over = True
+    def __init__(self, *, one=0, two=0): pass
+    def reset(self, task): pass
+    def compute(self, observation, target): pass
 """
 
 
@@ -35,6 +43,29 @@ def test_every_benchmark_that_ships_expands_and_names_a_reference_that_runs():
         labels = {specification.label for specification in expansion.specifications}
         assert expansion.reference == load_benchmark(name).reference
         assert expansion.reference in labels
+
+
+def test_events_of_benchmarks_that_ship_fall_on_whole_laps_within_the_run():
+    """Old and new load are compared at one phase of the motion, and no twin runs for an event that never comes."""
+    found = set()
+    for name in benchmark_names():
+        for run in expand(load_benchmark(name)).specifications:
+            lap = cached_plan(cached_robot(run.robot, run.tool), run.trajectory, run.lead_in).period
+            found |= {(event / lap % 1.0, event < run.laps * lap, run.twins) for event in run.schedule.events}
+    assert found == {(0.0, True, True)}
+
+
+def test_benchmarks_that_ship_start_only_cbmc_cold():
+    """Without a lead-in the start itself loses runs; scores of other starts must never stand beside each other."""
+    cold = {
+        (run.controller, run.settings.get("start"))
+        for name in benchmark_names()
+        for run in expand(load_benchmark(name)).specifications
+        if run.lead_in == 0.0
+    }
+    assert cold - {("cbmc_v3_literal", None)} == {(name, "cold") for name, _ in cold - {("cbmc_v3_literal", None)}}
+    assert ("cbmc_v3", "cold") in cold
+    assert not {name for name, _ in cold} & {"flexiv_factory", "computed_torque", "pd_oracle", "w_integrator"}
 
 
 def test_a_benchmark_is_the_product_of_its_lists_at_every_level_that_can_differ(written):
@@ -81,6 +112,72 @@ def test_a_change_reaches_run_tables_too(written):
     assert all(run.settings == {"bandwidth": 25} for run in runs)
 
 
+def test_a_run_table_may_start_cold_with_settings_of_its_own(written):
+    """Cold and warm runs of one controller in one file: the same label, other lead-in, settings and addresses."""
+    text = (
+        SMALL
+        + "settings.computed_torque = { bandwidth = 30.0 }\n[[run]]\n"
+        + "[[run]]\nlead_in = 0\nsettings.computed_torque = { bandwidth = 25.0 }\n"
+    )
+    runs = expand(load_benchmark(written(text))).specifications
+    assert {(run.lead_in, run.settings["bandwidth"]) for run in runs} == {(1.0, 30.0), (0.0, 25.0)}
+    assert len({run.address("code") for run in runs}) == len(runs) == 16
+    assert {run.label for run in runs} == {"computed_torque / none", "computed_torque / oracle"}
+
+
+def test_settings_of_a_run_table_stand_beside_those_of_the_benchmark(tmp_path):
+    """A table says what differs and inherits the rest, setting by setting; other tables see nothing of it."""
+    file = tmp_path / "laws.py"
+    file.write_text(LAW)
+    text = SMALL.replace('["computed_torque"]', f'["{file}:Law"]')
+    table = f'settings."{file}:Law"'
+    text += f"{table} = {{ one = 1, two = 2 }}\n[[run]]\n[[run]]\n{table} = {{ two = 3 }}\n"
+    (tmp_path / "small.toml").write_text(text)
+    runs = expand(load_benchmark(str(tmp_path / "small.toml"))).specifications
+    assert [dict(run.settings) for run in (runs[0], runs[-1])] == [{"one": 1, "two": 2}, {"one": 1, "two": 3}]
+
+
+def test_a_carried_table_makes_one_run_of_its_repetitions(tmp_path):
+    """A chain cannot be cut over processes or shards; without learning there is nothing to carry, which is said."""
+    file = tmp_path / "laws.py"
+    file.write_text(LAW)
+    text = SMALL.replace('["computed_torque"]', f'["{file}:Law"]') + 'repetitions = 3\n[[run]]\nprotocol = "carried"\n'
+    (tmp_path / "small.toml").write_text(text)
+    runs = expand(load_benchmark(str(tmp_path / "small.toml"))).specifications
+    assert {(run.protocol, run.repetition, run.repetitions) for run in runs} == {("carried", 0, 3)}
+    assert len(runs) == 2 * 2 * 2
+    with pytest.raises(InvalidInput, match="'computed_torque' in protocol 'carried': has no carry_over"):
+        expand(load_benchmark(str(tmp_path / "small.toml"), overrides={"controllers": ["computed_torque"]}))
+
+
+def test_a_change_reaches_settings_of_run_tables_and_other_controllers_drop_them(written):
+    """--set is typed for the whole benchmark; --controllers must not stumble over settings of those it leaves out."""
+    text = SMALL + "[[run]]\n[[run]]\nlead_in = 0\nsettings.computed_torque = { bandwidth = 25.0 }\n"
+    changed = load_benchmark(written(text), changes=["settings.computed_torque.bandwidth=15", "lead_in=0.5"])
+    runs = expand(changed).specifications
+    assert {(run.lead_in, run.settings["bandwidth"]) for run in runs} == {(0.5, 15)}
+    other = load_benchmark(written(text), overrides={"controllers": ["computed_torque_pid"]})
+    assert all(run.settings == {} for run in expand(other).specifications)
+
+
+def test_chosen_controllers_run_where_the_file_has_them_and_others_as_its_last_table_says(written):
+    """``--controllers`` must not start a classical law cold because another table of the file does so for another."""
+    text = SMALL.replace('controllers = ["computed_torque"]\n', "") + (
+        '[[run]]\ncontrollers = ["computed_torque", "compliant"]\nlead_in = 0\n'
+        "settings.computed_torque = { bandwidth = 25.0 }\nsettings.compliant = { }\n"
+        '[[run]]\ncontrollers = ["computed_torque", "flexiv_factory"]\nknowledge = ["none"]\n'
+    )
+
+    def starts(*names):
+        runs = expand(load_benchmark(written(text), overrides={"controllers": list(names)})).specifications
+        return {(run.controller, run.lead_in) for run in runs}
+
+    assert starts("computed_torque") == {("computed_torque", 0.0), ("computed_torque", 1.0)}
+    assert starts("flexiv_factory") == {("flexiv_factory", 1.0)}
+    assert starts("computed_torque_pid") == {("computed_torque_pid", 1.0)}
+    assert starts("compliant", "computed_torque_pid") == {("compliant", 0.0), ("computed_torque_pid", 1.0)}
+
+
 def test_the_empty_container_has_one_spelling(written):
     """1.5 kg of sand is 1.5 kg without a material: the paper's grid has one such cell, not two."""
     text = SMALL.replace("{ mass = 1.5 }", "{ mass = 1.5 }, { mass = 1.5, material = 'sand' }")
@@ -119,6 +216,10 @@ def test_a_missing_reference_is_replaced_and_noted(written):
         ("laps = 1", 'laps = 1\nknowledge = ["orcale"]', "did you mean 'oracle'"),
         ("laps = 1", "laps = 1\nsettings.computed_torque.width = 3", "width"),
         ("laps = 1", "laps = 1\nsettings.computed_tork.width = 3", "did you mean 'computed_torque'"),
+        ('plant = "pinocchio"', "[[run]]\nsettings.computed_tork.width = 3", "did you mean 'computed_torque'"),
+        ("laps = 1", "laps = 1\nlead_in = 60", "lead_in = 60 s"),
+        ("laps = 1", 'laps = 1\nprotocol = "kept"', "'fresh' or 'carried'"),
+        ("laps = 1", 'laps = 1\nprotocol = "carried"', "has no carry_over"),
         ("schema = 1", "schema = 2", "schema = 2"),
         ("laps = 1", "laps = 1 1", "malformed TOML"),
     ],

@@ -39,6 +39,18 @@ class Raising(Gravity):
     def compute(self, observation, target):
         raise RuntimeError("no idea")
 
+class Learning(Gravity):
+    carry_over = True
+    def reset(self, task):
+        super().reset(task)
+        self.first = task.repetition == 0
+
+class LateDeath(Learning):
+    def compute(self, observation, target):
+        if not self.first:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().compute(observation, target)
+
 class Blank(Gravity):
     def compute(self, observation, target):
         return np.full(7, np.nan)
@@ -114,6 +126,21 @@ def test_a_run_with_twins_is_one_transaction_with_a_row_for_each_history(benchma
         roles = {stored.result.role for stored in store.runs()}
         assert {stored.result.status for stored in store.runs()} == {"ok"}
     assert roles == {"run", "constant 1.5 kg", "constant 3.5 kg sand", "3.5 kg sand stays"}
+
+
+def test_a_chain_is_one_transaction_with_a_row_for_each_repetition(benchmark_of, tmp_path):
+    """Whole or not at all: when its process dies, every repetition that was asked for is a failed row."""
+    options = {"protocol": "carried", "repetitions": 3, "trajectories": ["T6"], "loads": [{"mass": 1.5}]}
+    benchmark = benchmark_of("Learning", "LateDeath", **options)
+    campaign = plan_campaign(benchmark, {})
+    assert predicted_time(campaign, None, workers=1)[0] == pytest.approx(2 * 3 * 2.2)
+    assert run(benchmark, tmp_path / "runs", workers=2) == 2
+    with Store.read(tmp_path / "runs") as store:
+        rows = {(row.specification.label[:8], row.repetition): row.result for row in store.runs()}
+    assert set(rows) == {(name, repetition) for name in ("Learning", "LateDeat") for repetition in range(3)}
+    assert {rows["Learning", repetition].status for repetition in range(3)} == {"ok"}
+    assert {rows["LateDeat", repetition].cause for repetition in range(3)} == {"crash"}
+    assert run(benchmark, tmp_path / "runs") == 0
 
 
 def test_a_plant_that_fails_its_gate_runs_nothing(benchmark_of, tmp_path, monkeypatch):

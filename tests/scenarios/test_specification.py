@@ -75,6 +75,8 @@ def test_numbers_read_back_to_the_bit(value):
         {"latency": 1},
         {"campaign": 2},
         {"repetition": 1},
+        {"protocol": "carried", "twins": False},
+        {"protocol": "carried", "twins": False, "repetitions": 2},
     ],
     ids=lambda change: next(iter(change)),
 )

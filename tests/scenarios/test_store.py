@@ -180,7 +180,7 @@ def test_a_kill_within_a_transaction_loses_that_run_only(written, open_again):
         store._connection.execute("DELETE FROM runs")
         text = "x" * 1_000_000
         for i in range(9):
-            row = (str(i), "run", "{}", "ok", "", "", None, text, "{}", "[]", "{}", "{}", "{}", "")
+            row = (str(i), "run", 0, "{}", "ok", "", "", None, text, "{}", "{}", "[]", "{}", "{}", "{}", "")
             store._connection.execute(f"INSERT INTO runs VALUES ({', '.join('?' * len(row))})", row)
         die()
         """,

@@ -25,6 +25,17 @@ def test_the_arm_starts_at_rest_on_the_plan_with_its_load(world_of):
     assert world.truth.parameters[0] == pytest.approx(2.314, abs=1e-12)
 
 
+def test_a_cold_start_is_an_arm_at_rest_under_a_moving_reference(world_of):
+    """Without a lead-in the first tick is t = 0, the arm is where the plan is and stands still, the plan moves."""
+    world = world_of(lead_in=0.0, seconds=9.0)
+    assert (world.times[0], world.times[-1], len(world.times)) == (0.0, 1.999, 2000)
+    assert np.array_equal(world.plant.q, world.table["q"][0])
+    assert np.array_equal(world.plant.q, world.plan.q[0])
+    assert not world.plant.dq.any()
+    assert np.array_equal(world.table["dq"][0], world.plan.dq[0])
+    assert np.linalg.norm(world.plan.dq[0]) > 0.1
+
+
 def test_events_fall_on_the_tick_of_their_time(world_of):
     """The lead-in comes before zero."""
     world = world_of(schedule=LoadSchedule(entries=((0.0, Payload(mass=1.5)), (0.5, HEAVY), (1.2, Payload(mass=1.5)))))

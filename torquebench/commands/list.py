@@ -23,16 +23,19 @@ def command(kind: str, as_json: bool) -> None:
         return
     for name, entries in found.items():
         click.echo(f"{name}:")
-        for entry, origin in entries.items():
-            click.echo(f"  {entry:34s} {origin}")
+        for entry, about in entries.items():
+            click.echo(f"  {entry:34s} {about['meaning'] or about['origin']}")
 
 
-def _names(kind: str) -> dict[str, str]:
-    """Return name to origin."""
+def _names(kind: str) -> dict[str, dict[str, str]]:
+    """Return name to origin and meaning."""
     from ..controllers import discovery
 
     if kind != BENCHMARKS:
-        return {name: point.value for name, point in discovery.registered(kind).items()}
+        return {
+            name: {"origin": point.value, "meaning": discovery.meaning(point)}
+            for name, point in discovery.registered(kind).items()
+        }
     from ..scenarios.benchmark import benchmark_names, load_benchmark
 
-    return {name: load_benchmark(name).title for name in benchmark_names()}
+    return {name: {"origin": "bundled", "meaning": load_benchmark(name).title} for name in benchmark_names()}

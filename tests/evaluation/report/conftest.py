@@ -62,6 +62,8 @@ def ledger(controller: str) -> list[dict[str, object]]:
 def metrics_of(size: float, rng: np.random.Generator) -> dict[str, dict[str, dict[str, object]]]:
     values = {}
     for name, metric in METRICS.items():
+        if metric.kind != "log":
+            continue
         value = TYPICAL.get(name, math.nan) * size * math.exp(rng.normal(0.0, 0.03))
         status = "undefined" if math.isnan(value) else "ok"
         values[name] = {"value": value, "unit": metric.unit, "status": status, "n": 12000}
