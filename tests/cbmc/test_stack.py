@@ -1,5 +1,8 @@
 """The stack: Algorithm 1's schedule, warm and cold starts, and CBMC-V3 as a controller."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from torquebench.cbmc.controller import CbmcV3
@@ -12,8 +15,9 @@ from torquebench.scenarios.episode import run_episode
 from torquebench.scenarios.execution import execute
 from torquebench.scenarios.loads import LoadSchedule, Payload
 from torquebench.scenarios.specification import RunSpecification
+from torquebench.scenarios.workers import Duty, run_in_workers
 from torquebench.scenarios.world import World
-from torquebench.scoring import score
+from torquebench.scoring import score, score_events
 
 
 class Recorder:
@@ -171,3 +175,29 @@ def test_a_raster_is_bounded():
     for _ in range(5):
         raster.note("layer", np.ones((3, 2)))
     assert raster.events()["spikes_layer"].shape == (10, 3)
+
+
+def test_a_pool_of_workers_gives_the_bits_of_one_process():
+    """Random draws belong to the run, not to the process that happens to do it."""
+    duty = Duty(evaluate=score, evaluate_events=score_events, traces="none", plug_ins={})
+    specifications = [specification(repetition=repetition) for repetition in range(3)]
+    pooled = dict(run_in_workers(specifications, duty, workers=2))
+    for position, here in enumerate(specifications):
+        (alone,) = execute(here, evaluate=score, traces="none")
+        assert pooled[position][0].metrics == alone.metrics
+
+
+def test_running_needs_no_torch():
+    """A user who only compares installs no torch; importing it would cost seconds even where it is there."""
+    code = (
+        "import sys\n"
+        "from torquebench.controllers import discovery\n"
+        "for name in ('cbmc_v3', 'cbmc_v3_literal', 'no_encoder', 'w_integrator', 'pd_oracle'):\n"
+        "    discovery.load('controllers', name)()\n"
+        "from torquebench.scenarios.robots import load_robot\n"
+        "from torquebench.cbmc.patterns import find_patterns\n"
+        "find_patterns(load_robot('rizon4s').model())\n"
+        "print('torch' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    assert done.stdout.strip() == "False"
