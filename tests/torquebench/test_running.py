@@ -81,13 +81,16 @@ def unrun(monkeypatch):
     return campaigns
 
 
-@pytest.fixture
-def stored(benchmark, tmp_path):
-    """A store in which one of the two runs was done, and failed."""
-    folder = tmp_path / "stored"
-    done = run(benchmark, out=folder, changes=["loads=[{mass=2.5,material='sand'}]"], controllers=[], workers=1)
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """A store in which one of two runs was done, and the benchmark of both beside it."""
+    folder = tmp_path_factory.mktemp("stored")
+    (folder / "laws.py").write_text(LAWS)
+    (folder / "small.toml").write_text(BENCHMARK.replace("FILE", str(folder / "laws.py")))
+    heavy = "loads=[{mass=2.5,material='sand'}]"
+    done = run(str(folder / "small.toml"), out=folder / "out", changes=[heavy], workers=1)
     assert (done.total, done.failed) == (1, 0)
-    return folder
+    return folder / "out"
 
 
 def test_a_first_call_and_the_second_say_what_they_did(benchmark, laws, tmp_path):
@@ -127,9 +130,9 @@ def test_a_dry_run_of_no_store_predicts_and_leaves_nothing(benchmark, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_dry_run_counts_what_is_there_already(benchmark, stored):
+def test_a_dry_run_counts_what_is_there_already(stored):
     """Only what is missing costs time."""
-    planned = run(benchmark, out=stored, dry_run=True)
+    planned = run(str(stored.parent / "small.toml"), out=stored, dry_run=True)
     assert (planned.total, planned.done) == (2, 0)
     assert planned.simulated == pytest.approx(0.1 + 2.0)
 
