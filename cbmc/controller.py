@@ -64,6 +64,14 @@ class CbmcV3(Controller):
         if not self.sensitivity > 0.0:
             raise InvalidInput(f"sensitivity = {self.sensitivity:g}", "setting 'sensitivity'", "a positive number")
 
+    def supports(self, task: Task) -> str | None:
+        """Return None, or that the arm has no patterns and how to train them."""
+        try:
+            self._patterns(task)
+        except InvalidInput as reason:
+            return str(reason)
+        return None
+
     def reset(self, task: Task) -> None:
         """Build the stack from the task's seed; nothing of an earlier episode remains."""
         patterns = self._patterns(task)

@@ -24,6 +24,10 @@ class PdOracle(Controller):
 
     knowledge_levels: ClassVar[tuple[str, ...] | None] = ("oracle",)
 
+    def supports(self, task: Task) -> str | None:
+        """Return None, or that the tier has no mean gains and how to measure them."""
+        return _gains_missing(task)
+
     def reset(self, task: Task) -> None:
         """Take the model and the gains of the tier."""
         self.robot = task.robot
@@ -43,6 +47,10 @@ class PdOracle(Controller):
 @dataclass(kw_only=True)
 class MeanGainsLoop(NoEncoder):
     """The stack of CBMC-V3 without encoder and without networks: mean gains, and plain arithmetic for the weights."""
+
+    def supports(self, task: Task) -> str | None:
+        """Return None, or what is missing: patterns of the arm, or mean gains of the tier."""
+        return super().supports(task) or _gains_missing(task)
 
     def _brainstem(self, task: Task, rng: np.random.Generator) -> Regulation:
         self.gains = mean_gains(task.actuation.tier, task.robot.n)
@@ -73,6 +81,14 @@ class ForceMassLoop(MeanGainsLoop):
         _two(patterns)
         light, heavy = patterns.loads
         return ForceMass(self.up, self.down, tool_mass=task.robot.tool_mass, loads=(light, heavy))
+
+
+def _gains_missing(task: Task) -> str | None:
+    try:
+        mean_gains(task.actuation.tier, task.robot.n)
+    except InvalidInput as reason:
+        return str(reason)
+    return None
 
 
 def _two(patterns: Patterns) -> None:

@@ -22,8 +22,8 @@ CONFIGURATIONS = tuple(
 def specification(controller, **changes):
     """Return a short run on the Pinocchio plant."""
     load = changes.pop("load", Payload(mass=2.5, material="sand"))
-    settings = {"trajectory": "S1", "laps": 1, "tier": "actuated", "plant": "pinocchio", **changes}
-    return RunSpecification(controller=controller, schedule=LoadSchedule.constant(load), robot="rizon4s", **settings)
+    settings = {"trajectory": "S1", "laps": 1, "tier": "actuated", "plant": "pinocchio", "robot": "rizon4s", **changes}
+    return RunSpecification(controller=controller, schedule=LoadSchedule.constant(load), **settings)
 
 
 def run(controller, **changes):
@@ -170,3 +170,20 @@ def test_the_feed_forward_ablation_adds_the_plan_s_inertial_torque():
     """M(q_d) ddq_d of arm and gripper and nothing else."""
     assert CbmcV3.uses_model is False
     assert discovery.load("controllers", "cbmc_v3_feedforward").uses_model is True
+
+
+@pytest.mark.parametrize(
+    ("name", "knowledge"), [("cbmc_v3", "none"), ("w_integrator", "none"), ("pd_oracle", "oracle")]
+)
+def test_an_arm_that_nothing_was_trained_for_is_refused_with_the_command(tmp_path, rizon, name, knowledge):
+    """A refusal with its reason is no failed run: a comparison on another arm goes on with the others."""
+    heavier = rizon.description.model_text().replace('mass value="2.31"', 'mass value="2.5"')
+    arm = tmp_path / "arm.urdf"
+    arm.write_text(heavier)
+    (tmp_path / "arm.toml").write_text(
+        'name = "heavier"\nurdf = "arm.urdf"\nflange_frame = "flange"\nhome = [0.0, -0.7, 0.0, 1.57, 0.0, 0.7, 0.0]\n'
+        "[tools]\ntip = 0.15\n[tiers.bench]\n"
+    )
+    result = run(name, robot=str(tmp_path / "arm.toml"), knowledge=knowledge, load=Payload(mass=0.314), tier="bench")
+    assert result.status == "refused"
+    assert "torquebench train" in result.reason
