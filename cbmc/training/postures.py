@@ -9,9 +9,9 @@ Source: Siciliano et al., Robotics (2009), section 3.5.1.
 """
 
 import numpy as np
-import pinocchio as pin
 
 from ...controllers import RobotModel
+from ...controllers.pose_errors import pose_errors
 
 STEP_LIMIT = 0.3
 """Largest norm of one step [rad]."""
@@ -22,7 +22,6 @@ CLOSENESS = 1e-3
 STEPS = 80
 DAMPING = 1e-6
 """Added to the diagonal of J J^T: a pose out of reach must not end the search for all others."""
-_WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
 def closest_postures(model: RobotModel, poses: np.ndarray, wishes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -40,7 +39,7 @@ def closest_postures(model: RobotModel, poses: np.ndarray, wishes: np.ndarray) -
     reached = np.zeros(len(q), dtype=bool)
     active = np.arange(len(q))
     for _ in range(STEPS):
-        error, jacobian = _task(model, q[active], poses[active])
+        error, jacobian = pose_errors(model, q[active], poses[active], model.flange_id)
         wish = wishes[active] - q[active]
         null = wish - _least_norm(jacobian, np.einsum("kij,kj->ki", jacobian, wish))
         settled = (np.abs(error).max(axis=1) < POSE_TOLERANCE) & (np.abs(null).max(axis=1) < CLOSENESS)
@@ -60,28 +59,3 @@ def _least_norm(jacobian: np.ndarray, task: np.ndarray) -> np.ndarray:
     transpose = jacobian.transpose(0, 2, 1)
     square = jacobian @ transpose + DAMPING * np.eye(6)
     return np.asarray((transpose @ np.linalg.solve(square, task[..., None]))[..., 0])
-
-
-def _task(model: RobotModel, q: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return pose errors as base-aligned twists, shape (k, 6), and flange jacobians, shape (k, 6, n)."""
-    error, jacobian = np.empty((len(q), 6)), np.empty((len(q), 6, model.n))
-    rotation = np.empty((len(q), 3, 3))
-    arm, data, flange = model.model, model.data, model.flange_id
-    placement = data.oMf[flange]
-    for k, joints in enumerate(q):
-        # Of a single joint Pinocchio returns a vector.
-        jacobian[k] = pin.computeFrameJacobian(arm, data, joints, flange, _WORLD_ALIGNED).reshape(6, model.n)
-        rotation[k] = placement.rotation
-        error[k, :3] = placement.translation
-    np.subtract(poses[:, :3, 3], error[:, :3], out=error[:, :3])
-    error[:, 3:] = _rotation_vectors(poses[:, :3, :3] @ rotation.transpose(0, 2, 1))
-    return error, jacobian
-
-
-def _rotation_vectors(rotation: np.ndarray) -> np.ndarray:
-    """Return rotations as vectors, shape (k, 3) [rad]; short of a half turn, where any axis would do."""
-    skew = rotation - rotation.transpose(0, 2, 1)
-    vector = 0.5 * np.stack((skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]), axis=1)
-    sine = np.linalg.norm(vector, axis=1)
-    angle = np.arctan2(sine, 0.5 * (np.trace(rotation, axis1=1, axis2=2) - 1.0))
-    return np.asarray(vector * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 1.0)[:, None])

@@ -12,9 +12,9 @@ chapter 3, for the derivatives.
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from ...controllers.errors import InvalidInput
+from ...controllers.pose_errors import pose_errors
 from ...controllers.robot_model import RobotModel
 from .paths import Path, Point
 
@@ -26,7 +26,6 @@ TASK_TOLERANCE = 1e-12
 """Pose error at which a sample counts as reached [m, rad]."""
 NULL_TOLERANCE = 1e-9
 """Step within the redundancy at which a coarse sample counts as closest [rad]; the whole lap goes to 1e-12."""
-_WORLD_ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,7 +168,7 @@ def _settle(
     """Return the joint positions of one pose that are closest to the posture, from a guess, shape (n,) [rad]."""
     q, nearest = guess, np.full(6, np.inf)
     for _ in range(200):
-        error, jacobian = _task(model, q[None], pose[None])
+        error, jacobian = pose_errors(model, q[None], pose[None], model.tool_id)
         # Directions that the arm can hardly move in are left out here, so that a singular home can be left.
         inverse = np.linalg.pinv(jacobian[0], rcond=1e-3)
         wish = posture - q
@@ -200,7 +199,7 @@ def _polish(model: RobotModel, path: Path, posture: np.ndarray, q: np.ndarray, t
     poses = path.pose(times)
     active = np.arange(len(q))
     for _ in range(50):
-        error, jacobian = _task(model, q[active], poses[active])
+        error, jacobian = pose_errors(model, q[active], poses[active], model.tool_id)
         wish = posture - q[active]
         null = wish - _least_norm(jacobian, np.einsum("kij,kj->ki", jacobian, wish))
         q[active] += _least_norm(jacobian, error) + null
@@ -224,27 +223,3 @@ def _least_norm(jacobian: np.ndarray, task: np.ndarray) -> np.ndarray:
         except np.linalg.LinAlgError:
             pass
     return np.asarray((np.linalg.pinv(jacobian, rcond=1e-6) @ task[..., None])[..., 0])
-
-
-def _task(model: RobotModel, q: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return pose errors as base-aligned twists, shape (k, 6), and tool jacobians, shape (k, 6, n)."""
-    error, jacobian = np.empty((len(q), 6)), np.empty((len(q), 6, model.n))
-    rotation = np.empty((len(q), 3, 3))
-    arm, data, tool = model.model, model.data, model.tool_id
-    reached = data.oMf[tool]
-    for k, joints in enumerate(q):
-        jacobian[k] = pin.computeFrameJacobian(arm, data, joints, tool, _WORLD_ALIGNED).reshape(6, model.n)
-        rotation[k] = reached.rotation
-        error[k, :3] = reached.translation
-    np.subtract(poses[:, :3, 3], error[:, :3], out=error[:, :3])
-    error[:, 3:] = _rotation_vectors(poses[:, :3, :3] @ rotation.transpose(0, 2, 1))
-    return error, jacobian
-
-
-def _rotation_vectors(rotation: np.ndarray) -> np.ndarray:
-    """Return rotations as vectors, shape (k, 3) [rad]; short of a half turn, where any axis would do."""
-    skew = rotation - rotation.transpose(0, 2, 1)
-    vector = 0.5 * np.stack((skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]), axis=1)
-    sine = np.linalg.norm(vector, axis=1)
-    angle = np.arctan2(sine, 0.5 * (np.trace(rotation, axis1=1, axis2=2) - 1.0))
-    return np.asarray(vector * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 1.0)[:, None])

@@ -155,7 +155,7 @@ def test_on_a_logarithmic_axis_the_middle_is_the_geometric_mean():
     axis = Axis("", 1.0, 100.0, log=True)
     assert axis.place(10.0) == pytest.approx(0.5)
     assert axis.place(0.0) < 0.0 and axis.place(-5.0) < 0.0
-    assert [text for _, text in axis.ticks()] == ["1", "3", "10", "30", "100"] or len(axis.ticks()) >= 3
+    assert [text for _, text in axis.ticks()] == ["1", "3", "10", "30", "100"]
 
 
 def test_an_axis_that_starts_at_zero_starts_there():
