@@ -69,7 +69,7 @@ def ledger(controller: "CbmcV3", caps: Caps, notes: Mapping[str, object]) -> Seq
     }
     below = [name for name, cap in capped.items() if cap["cap"] < controller.damping_range[0]]
     chosen = notes.get("training_set")
-    named = chosen.get("name") if isinstance(chosen, Mapping) else "unknown"
+    named = chosen.get("name", "unknown") if isinstance(chosen, Mapping) else "unknown"
     trained = f"set {named}, preset {notes.get('preset', 'unknown')}, seed {notes.get('seed', 'unknown')}"
     return (
         LedgerEntry(
