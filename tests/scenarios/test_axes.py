@@ -52,7 +52,9 @@ def test_principal_axes_give_the_tensor_back(rpy, moments):
     tensor = axes @ np.diag(moments) @ axes.T
     tensor = 0.5 * (tensor + tensor.T)
     found, turned = principal_axes(tensor)
-    assert np.allclose(turned @ np.diag(found) @ turned.T, tensor, rtol=0, atol=1e-16)
+    # Orthonormal to a few units in the last place is what an eigensolver promises; the tensor inherits it.
+    rounding = 16.0 * np.finfo(float).eps * moments.max()
+    assert np.allclose(turned @ np.diag(found) @ turned.T, tensor, rtol=0, atol=rounding)
     assert np.linalg.det(turned) == pytest.approx(1.0, abs=1e-12)
 
 
