@@ -115,13 +115,20 @@ class RobotModel:
     @property
     def tool_mass(self) -> float:
         """Known mass fixed to the flange: gripper and the like, without payload [kg]."""
-        frames, mass = self.model.frames, 0.0
+        return float(self.tool_parameters[0])
+
+    @property
+    def tool_parameters(self) -> np.ndarray:
+        """What is known to be fixed to the flange, without payload, as :attr:`payload`, shape (10,)."""
+        frames = self.model.frames
+        flange, tool = frames[self.flange_id], pin.Inertia.Zero()
         for frame in frames:
             ancestor = frame
-            while ancestor.parentFrame and ancestor.name != frames[self.flange_id].name:
+            while ancestor.parentFrame and ancestor.name != flange.name:
                 ancestor = frames[ancestor.parentFrame]
-            mass += frame.inertia.mass if ancestor.name == frames[self.flange_id].name else 0.0
-        return float(mass)
+            if ancestor.name == flange.name:
+                tool += flange.placement.actInv(frame.placement).act(frame.inertia)
+        return np.array(tool.toDynamicParameters())
 
     def at(self, q: np.ndarray, dq: np.ndarray) -> RigidBodyState:
         """Fill and return the record of this model at one state.

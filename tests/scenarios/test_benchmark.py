@@ -14,6 +14,7 @@ trajectories = ["T1", "T6"]
 loads = [{ mass = 1.5 }, { mass = 3.5, material = "sand" }]
 laps = 1
 plant = "pinocchio"
+knowledge = ["none", "oracle"]
 """
 LAW = """
 class Law:
@@ -213,7 +214,7 @@ def test_a_missing_reference_is_replaced_and_noted(written):
         ("laps = 1", 'laps = 1\nrobot = "rizon"', "did you mean 'rizon4s'"),
         ("laps = 1", 'laps = 1\ntier = "actuate"', "did you mean 'actuated'"),
         ("laps = 1", 'laps = 1\ntool = "griper"', "did you mean 'gripper'"),
-        ("laps = 1", 'laps = 1\nknowledge = ["orcale"]', "did you mean 'oracle'"),
+        ('["none", "oracle"]', '["orcale"]', "did you mean 'oracle'"),
         ("laps = 1", "laps = 1\nsettings.computed_torque.width = 3", "width"),
         ("laps = 1", "laps = 1\nsettings.computed_tork.width = 3", "did you mean 'computed_torque'"),
         ('plant = "pinocchio"', "[[run]]\nsettings.computed_tork.width = 3", "did you mean 'computed_torque'"),

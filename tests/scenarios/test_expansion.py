@@ -79,7 +79,7 @@ def without(monkeypatch, module):
 @pytest.mark.parametrize(
     ("law", "levels"),
     [
-        ("Law", ["none", "oracle"]),
+        ("Law", ["ft_estimate", "momentum_observer", "none", "oracle"]),
         ("Blind", ["none"]),
         ("Estimates", ["none", "oracle"]),
         ("Informed", ["oracle"]),
@@ -156,7 +156,7 @@ def test_a_setting_that_a_law_does_not_take_is_found_before_the_first_run(expand
 
 def test_every_run_has_its_own_settings(expanded):
     """A shared table would let one law's change reach the runs of another."""
-    runs = expanded('controllers = ["Law"]\nsettings.Law = { gain = 2.0 }').specifications
+    runs = expanded('controllers = ["Law"]\nknowledge = ["none", "oracle"]\nsettings.Law = { gain = 2.0 }').specifications
     assert [dict(run.settings) for run in runs] == [{"gain": 2.0}] * 2
     assert runs[0].settings is not runs[1].settings
 

@@ -21,6 +21,7 @@ controllers = ["DOOR:Mine"]
 trajectories = ["T6"]
 loads = [{ mass = 1.5 }]
 laps = 1
+knowledge = ["none", "oracle"]
 """
 
 

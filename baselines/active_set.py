@@ -1,0 +1,127 @@
+"""The minimiser of a quadratic program once its active rows are known: the same to the bit in each run."""
+
+import numba
+import numpy as np
+
+DEPENDENT = 1e-10
+"""A row that adds less than this share of itself to those before it is taken for dependent on them."""
+
+
+@numba.njit(cache=True)
+def refine(
+    hessian: np.ndarray,
+    gradient: np.ndarray,
+    rows: np.ndarray,
+    least: np.ndarray,
+    most: np.ndarray,
+    multipliers: np.ndarray,
+    tolerance: float,
+    solution: np.ndarray,
+) -> bool:
+    r"""Replace a solution to some tolerance by the exact one on the same active rows, if that is one.
+
+    .. math:: x = -H^{-1} (g + A^T \lambda), \quad A H^{-1} A^T \lambda = -b - A H^{-1} g
+
+    with A the rows whose multipliers are not zero and b their bounds. Kept only if it violates no row.
+    Source: Nocedal, Wright, Numerical Optimization (2006), section 16.2 (Schur complement method).
+
+    Args:
+        hessian: H, positive definite, shape (v, v).
+        gradient: g, shape (v,).
+        rows: C, shape (r, v).
+        least: l, shape (r,).
+        most: u, shape (r,).
+        multipliers: Of the rows, positive at the upper bound, negative at the lower, shape (r,).
+        tolerance: Largest violation of a row, and largest multiplier of an inactive one.
+        solution: The solution, shape (v,); receives the exact one.
+
+    Returns:
+        Whether it was replaced.
+    """
+    v, count = gradient.shape[0], 0
+    active = np.empty(rows.shape[0], dtype=np.int64)
+    for i in range(rows.shape[0]):
+        if abs(multipliers[i]) > tolerance:
+            active[count] = i
+            count += 1
+    if count > v:
+        return False
+    factor = np.empty((v, v))
+    if not _cholesky(hessian, factor):
+        return False
+    free, spread, schur, inner = np.empty(v), np.empty((count, v)), np.empty((count, count)), np.empty((count, count))
+    _forward(factor, gradient, free)
+    for a in range(count):
+        _forward(factor, rows[active[a]], spread[a])
+    forces = np.empty(count)
+    for a in range(count):
+        i = active[a]
+        forces[a] = -(most[i] if multipliers[i] > 0.0 else least[i])
+        for k in range(v):
+            forces[a] -= spread[a, k] * free[k]
+        for b in range(count):
+            schur[a, b] = 0.0
+            for k in range(v):
+                schur[a, b] += spread[a, k] * spread[b, k]
+    if not _cholesky(schur, inner):
+        return False
+    _forward(inner, forces.copy(), forces)
+    _backward(inner, forces)
+    for a in range(count):
+        for k in range(v):
+            free[k] += forces[a] * spread[a, k]
+    _backward(factor, free)
+    if not _holds(rows, least, most, free, tolerance):
+        return False
+    for k in range(v):
+        solution[k] = -free[k]
+    return True
+
+
+@numba.njit(cache=True)
+def _holds(rows: np.ndarray, least: np.ndarray, most: np.ndarray, opposite: np.ndarray, tolerance: float) -> bool:
+    """Return whether the opposite of a point violates no row."""
+    for i in range(rows.shape[0]):
+        value = 0.0
+        for k in range(opposite.shape[0]):
+            value -= rows[i, k] * opposite[k]
+        if value < least[i] - tolerance or value > most[i] + tolerance:
+            return False
+    return True
+
+
+@numba.njit(cache=True)
+def _cholesky(matrix: np.ndarray, factor: np.ndarray) -> bool:
+    """Write the lower factor, and return whether the matrix is safely positive definite."""
+    for i in range(matrix.shape[0]):
+        for j in range(i + 1):
+            rest = matrix[i, j]
+            for k in range(j):
+                rest -= factor[i, k] * factor[j, k]
+            if i > j:
+                factor[i, j] = rest / factor[j, j]
+            elif rest > DEPENDENT * matrix[i, i]:
+                factor[i, i] = np.sqrt(rest)
+            else:
+                return False
+    return True
+
+
+@numba.njit(cache=True)
+def _forward(factor: np.ndarray, right: np.ndarray, result: np.ndarray) -> None:
+    """Write the solution of L x = b."""
+    for i in range(right.shape[0]):
+        rest = right[i]
+        for k in range(i):
+            rest -= factor[i, k] * result[k]
+        result[i] = rest / factor[i, i]
+
+
+@numba.njit(cache=True)
+def _backward(factor: np.ndarray, result: np.ndarray) -> None:
+    """Replace b by the solution of L^T x = b."""
+    n = result.shape[0]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            result[i] -= factor[k, i] * result[k]
+        result[i] /= factor[i, i]

@@ -1,0 +1,257 @@
+"""The filter behind :class:`.ft_estimate.FtEstimate`, compiled: one reading at a time, no allocation in Python."""
+
+import numba
+import numpy as np
+
+LEAST = 0.05
+"""Below this mass the centre is not computed: it would be a quotient of two noises [kg]."""
+
+ARM = 0.2
+"""First moments count as the mass that has them at this distance [m]."""
+
+MEMORY = np.dtype(
+    [
+        ("estimate", "f8", 10),
+        ("covariance", "f8", (10, 10)),
+        ("centre", "f8", 3),
+        ("wrench", "f8", (3, 6)),
+        ("regressor", "f8", (3, 6, 4)),
+        ("twist", "f8", 6),
+        ("told", "f8", 4),
+        ("begun", "i8"),
+        ("surprises", "i8"),
+        ("open", "i8"),
+        ("steps", "i8"),
+        ("waited", "i8"),
+    ]
+)
+_SCALARS = ("gain", "jump", "mass_spread", "moment_spread", "mass_limit", "reach", "radius", "resolution", "period")
+CONSTANTS = np.dtype(
+    [(name, "f8") for name in _SCALARS]
+    + [(name, "i8") for name in ("jump_ticks", "reopen", "interval")]
+    + [("noise", "f8", 6), ("drift", "f8", 10), ("gravity", "f8", 6), ("tool", "f8", (6, 6))]
+)
+
+
+@numba.njit(cache=True)
+def weigh(memory, constants, motion, reading, payload):  # type: ignore[no-untyped-def]
+    """Take one reading.
+
+    Args:
+        memory: Record of the filter, shape (1,).
+        constants: Record of its settings, shape (1,).
+        motion: Rotation, linear and angular velocity of the carrying joint, then the flange's rotation and place in it.
+        reading: The sensor's wrench, shape (6,) [N, N m].
+        payload: Receives the ten parameters to tell.
+
+    Returns:
+        Whether the model is to be told.
+    """
+    m, c = memory[0], constants[0]
+    axes, twist = np.empty((3, 3)), np.empty(6)
+    _flange_motion(motion, axes, twist)
+    _balance(m, c, axes, twist, reading)
+    _filter(m, c.gain)
+    _watch(m, c, _surprise(m, c))
+    _correct(m, c, 1 if m.open > 0 else 2)
+    return _tell(m, c, payload)
+
+
+@numba.njit(cache=True)
+def _flange_motion(motion, axes, twist):  # type: ignore[no-untyped-def]
+    """Fill the flange's rotation and its base-aligned velocity, linear before angular."""
+    rotation, linear, angular, placement, position = motion
+    local = np.empty(3)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        local[i] = linear[i] + angular[j] * position[k] - angular[k] * position[j]
+    for i in range(3):
+        twist[i], twist[3 + i] = 0.0, 0.0
+        for j in range(3):
+            twist[i] += rotation[i, j] * local[j]
+            twist[3 + i] += rotation[i, j] * angular[j]
+            axes[i, j] = 0.0
+            for k in range(3):
+                axes[i, j] += rotation[i, k] * placement[k, j]
+
+
+@numba.njit(cache=True)
+def _balance(m, c, axes, twist, reading):  # type: ignore[no-untyped-def]
+    """Fill stage 0 with the load's regressor and the wrench without the tool's share, in flange axes."""
+    angular, acceleration = np.zeros(3), np.zeros(6)
+    for j in range(6):
+        rate = (twist[j] - m.twist[j]) / c.period if m.begun else 0.0
+        m.twist[j] = twist[j]
+        block = j - j % 3
+        for i in range(3):
+            acceleration[block + i] += axes[j - block, i] * (rate - c.gravity[j])
+            if block:
+                angular[i] += axes[j - block, i] * twist[j]
+    for i in range(6):
+        m.wrench[0, i] = reading[i]
+    _regressor(acceleration[:3], angular, acceleration[3:], m.regressor[0])
+    _add_tool(m.wrench[0], c.tool, angular, acceleration)
+    _add_rotation(m, c, angular, acceleration[3:])
+
+
+@numba.njit(cache=True)
+def _filter(m, gain):  # type: ignore[no-untyped-def]
+    """Pass regressor and wrench through two equal stages; the first reading finds them settled."""
+    weight = gain if m.begun else 1.0
+    for stage in range(2):
+        for i in range(6):
+            m.wrench[stage + 1, i] += weight * (m.wrench[stage, i] - m.wrench[stage + 1, i])
+            for j in range(4):
+                m.regressor[stage + 1, i, j] += weight * (m.regressor[stage, i, j] - m.regressor[stage + 1, i, j])
+    m.begun = 1
+
+
+@numba.njit(cache=True)
+def _regressor(a, w, alpha, out):  # type: ignore[no-untyped-def]
+    """Fill the columns of mass and first moments of the wrench that moves the load, shape (6, 4)."""
+    square = w[0] ** 2 + w[1] ** 2 + w[2] ** 2
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[i, 0] = a[i]
+        out[i, 1 + i] = w[i] * w[i] - square
+        out[i, 1 + j] = w[i] * w[j] - alpha[k]
+        out[i, 1 + k] = w[i] * w[k] + alpha[j]
+        out[3 + i, 1 + j] = a[k]
+        out[3 + i, 1 + k] = -a[j]
+
+
+@numba.njit(cache=True)
+def _add_tool(wrench, tool, w, acceleration):  # type: ignore[no-untyped-def]
+    """Add P a + w x* P w of the known tool: what is left is the load's. The classical acceleration needs no v."""
+    momentum = np.zeros(6)
+    for i in range(6):
+        for j in range(6):
+            wrench[i] += tool[i, j] * acceleration[j]
+        for j in range(3):
+            momentum[i] += tool[i, 3 + j] * w[j]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        wrench[i] += w[j] * momentum[k] - w[k] * momentum[j]
+        wrench[3 + i] += w[j] * momentum[3 + k] - w[k] * momentum[3 + j]
+
+
+@numba.njit(cache=True)
+def _add_rotation(m, c, w, alpha):  # type: ignore[no-untyped-def]
+    """Add I alpha + w x I w of the load as it is thought to be: quadratic in the centre, so taken as known."""
+    com, body = np.empty(3), np.empty(10)
+    _ball(_real(m, c, com), com, c.radius, body)
+    inertia, momentum = body[np.array((4, 5, 7, 5, 6, 8, 7, 8, 9))].reshape(3, 3), np.zeros(3)
+    for i in range(3):
+        for j in range(3):
+            m.wrench[0, 3 + i] += inertia[i, j] * alpha[j]
+            momentum[i] += inertia[i, j] * w[j]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        m.wrench[0, 3 + i] += w[j] * momentum[k] - w[k] * momentum[j]
+
+
+@numba.njit(cache=True)
+def _predict(m, stage, row, column):  # type: ignore[no-untyped-def]
+    """Fill the covariance with one reading; return its innovation and the estimate's share of its variance."""
+    x, p, regressor = m.estimate, m.covariance, m.regressor[stage, row]
+    innovation = m.wrench[stage, row] - x[4 + row]
+    for i in range(10):
+        column[i] = p[i, 4 + row]
+        for j in range(4):
+            column[i] -= p[i, j] * regressor[j]
+    variance = column[4 + row]
+    for j in range(4):
+        innovation += regressor[j] * x[j]
+        variance -= regressor[j] * column[j]
+    return innovation, variance
+
+
+@numba.njit(cache=True)
+def _surprise(m, c):  # type: ignore[no-untyped-def]
+    """Return the first stage's squared innovations over their variances, its noise taken as twice the second's."""
+    total, column = 0.0, np.empty(10)
+    for row in range(6):
+        innovation, variance = _predict(m, 1, row, column)
+        total += innovation * innovation / (variance + 4.0 * c.noise[row])
+    return total
+
+
+@numba.njit(cache=True)
+def _correct(m, c, stage):  # type: ignore[no-untyped-def]
+    """Update estimate and covariance, one component of the wrench after the other."""
+    x, p, column = m.estimate, m.covariance, np.empty(10)
+    for i in range(4):
+        p[i, i] += c.drift[i]
+    for row in range(6):
+        innovation, variance = _predict(m, stage, row, column)
+        variance += c.noise[row]
+        for i in range(10):
+            x[i] += column[i] * innovation / variance
+            for j in range(10):
+                p[i, j] -= column[i] * column[j] / variance
+
+
+@numba.njit(cache=True)
+def _watch(m, c, surprise):  # type: ignore[no-untyped-def]
+    """Count surprises; after enough of them hold the load's covariance open."""
+    m.surprises = m.surprises + 1 if surprise > c.jump else 0
+    if m.surprises >= c.jump_ticks and m.open == 0:
+        m.open = c.reopen + 1
+        m.steps += 1
+    if m.open > 0:
+        m.open -= 1
+        m.surprises = 0
+        _real(m, c, m.centre)
+        _open(m.covariance, m.centre, c.mass_spread, c.moment_spread)
+
+
+@numba.njit(cache=True)
+def _open(covariance, centre, mass_spread, moment_spread):  # type: ignore[no-untyped-def]
+    """Return the load's covariance to its prior, apart from the bias; moments follow mass through the centre."""
+    square = mass_spread * mass_spread
+    for i in range(4):
+        left = 1.0 if i == 0 else centre[i - 1]
+        for j in range(10):
+            right = 1.0 if j == 0 else centre[j - 1] if j < 4 else 0.0
+            covariance[i, j] = square * left * right
+            covariance[j, i] = square * left * right
+        if i > 0:
+            covariance[i, i] += moment_spread * moment_spread
+
+
+@numba.njit(cache=True)
+def _real(m, c, com):  # type: ignore[no-untyped-def]
+    """Return a mass that a load can have, and fill its centre: near none, where it was or is expected."""
+    mass = min(max(m.estimate[0], 0.0), c.mass_limit)
+    for i in range(3):
+        centre = m.estimate[1 + i] / mass if mass > LEAST else m.centre[i]
+        com[i] = min(max(centre, -c.reach), c.reach)
+    return mass
+
+
+@numba.njit(cache=True)
+def _tell(m, c, payload):  # type: ignore[no-untyped-def]
+    """Fill the parameters of a real body near the estimate; return whether they are news."""
+    com = np.empty(3)
+    mass = _real(m, c, com)
+    change = abs(mass - m.told[0])
+    for i in range(3):
+        change = max(change, abs(mass * com[i] - m.told[1 + i]) / ARM)
+    m.waited += 1
+    if change <= (0.1 if m.waited >= c.interval else 1.0) * c.resolution:
+        return False
+    m.waited = 0
+    _ball(mass, com, c.radius, payload)
+    for i in range(4):
+        m.told[i] = payload[i]
+    return True
+
+
+@numba.njit(cache=True)
+def _ball(mass, com, radius, out):  # type: ignore[no-untyped-def]
+    """Fill the ten parameters of a ball: I = 2/5 m r^2 + m (c.c - c c^T) about the flange origin."""
+    x, y, z = com[0], com[1], com[2]
+    own = 0.4 * mass * radius * radius
+    out[0], out[1], out[2], out[3] = mass, mass * x, mass * y, mass * z
+    out[4], out[6], out[9] = own + mass * (y * y + z * z), own + mass * (x * x + z * z), own + mass * (x * x + y * y)
+    out[5], out[7], out[8] = -mass * x * y, -mass * x * z, -mass * y * z
