@@ -35,7 +35,8 @@ def run_digest(specification: RunSpecification, plug_ins: Mapping[str, object] |
     )
     arm = (robot.urdf, repr(robot.home.tolist()), repr(robot.rotor_inertia.tolist()), repr(dict(robot.tiers)))
     body = (repr(robot.container), repr(robot.gripper_mass))
-    rooms = (*SHARED_ROOMS, *_room_of(specification.controller, plug_ins or {}))
+    own = "" if specification.controller in (plug_ins or {}) else specification.controller
+    rooms = (*SHARED_ROOMS, *_room_of("controllers", own), *_room_of("knowledge", specification.knowledge))
     outside = (*outside, *_files_in(specification.settings.values()))
     parts = (*(room_digest(room) for room in rooms), *library_versions().values(), *outside, *arm, *body)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
@@ -77,9 +78,9 @@ def _files_in(values: Iterable[object]) -> Iterator[str]:
             yield hashlib.sha256(Path(value).read_bytes()).hexdigest()
 
 
-def _room_of(controller: str, plug_ins: Mapping[str, object]) -> tuple[str, ...]:
-    """Return the room of a controller that this package registers itself, nothing for others."""
-    point = discovery.registered("controllers").get(controller) if controller not in plug_ins else None
+def _room_of(kind: str, name: str) -> tuple[str, ...]:
+    """Return the room of a controller or knowledge provider that this package registers itself, nothing for others."""
+    point = discovery.registered(kind).get(name)
     module = point.value.split(":")[0].split(".") if point is not None else []
     return (module[1],) if module[:1] == [PACKAGE] else ()
 

@@ -7,6 +7,7 @@ import pytest
 from torquebench.scenarios import digest as place
 from torquebench.scenarios.digest import LIBRARIES, SHARED_ROOMS, library_versions, room_digest, run_digest
 from torquebench.scenarios.loads import LoadSchedule, Payload
+from torquebench.scenarios.specification import RunSpecification
 
 LAW = "class Law:\n    def reset(self, task): pass\n    def compute(self, o, t): pass\n"
 
@@ -177,3 +178,26 @@ def test_the_rooms_of_every_run_are_there():
     digests = [room_digest(room) for room in (*SHARED_ROOMS, "baselines", "cbmc")]
     assert nothing not in digests
     assert len(set(digests)) == len(digests)
+
+
+def test_the_code_of_a_knowledge_provider_enters_the_address_of_the_runs_that_it_informs(monkeypatch):
+    """A better estimator gives other results, for a law of any room."""
+    before = [run_digest(run_at(level)) for level in ("none", "ft_estimate")]
+    real = place.room_digest
+    monkeypatch.setattr(place, "room_digest", lambda room: "changed" if room == "baselines" else real(room))
+    after = [run_digest(run_at(level)) for level in ("none", "ft_estimate")]
+    assert before[0] == after[0]
+    assert before[1] != after[1]
+
+
+def run_at(level):
+    """Return a run of a law outside the baselines at a knowledge level."""
+    return RunSpecification(
+        controller="cbmc_v3",
+        knowledge=level,
+        trajectory="T1",
+        schedule=LoadSchedule.constant(Payload(mass=1.5)),
+        robot="rizon4s",
+        plant="pinocchio",
+        tier="ideal",
+    )

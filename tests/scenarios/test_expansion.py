@@ -156,7 +156,8 @@ def test_a_setting_that_a_law_does_not_take_is_found_before_the_first_run(expand
 
 def test_every_run_has_its_own_settings(expanded):
     """A shared table would let one law's change reach the runs of another."""
-    runs = expanded('controllers = ["Law"]\nknowledge = ["none", "oracle"]\nsettings.Law = { gain = 2.0 }').specifications
+    text = 'controllers = ["Law"]\nknowledge = ["none", "oracle"]\nsettings.Law = { gain = 2.0 }'
+    runs = expanded(text).specifications
     assert [dict(run.settings) for run in runs] == [{"gain": 2.0}] * 2
     assert runs[0].settings is not runs[1].settings
 
