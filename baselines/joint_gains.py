@@ -1,6 +1,6 @@
 """Gains per joint: what a user gives, what the maker publishes, and a rule for every other arm."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import cast
 
 import numpy as np
@@ -41,12 +41,12 @@ def checked_gains(name: str, value: object) -> tuple[float, ...] | None:
     return tuple(float(cast("float", gain)) for gain in gains)
 
 
-def wrong_length(joints: int, **gains: tuple[float, ...] | None) -> str | None:
+def wrong_length(joints: int, gains: Mapping[str, tuple[float, ...] | None]) -> str | None:
     """Return why gains do not suit an arm, None if they do.
 
     Args:
         joints: Number of joints.
-        **gains: The settings by name.
+        gains: The settings by name.
     """
     for name, given in gains.items():
         if given is not None and len(given) != joints:

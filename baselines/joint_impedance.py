@@ -46,7 +46,7 @@ class JointImpedance(Controller):
 
     def supports(self, task: Task) -> str | None:
         """Refuse gains for another number of joints."""
-        return wrong_length(task.robot.n, stiffness=self.stiffness)
+        return wrong_length(task.robot.n, {"stiffness": self.stiffness})
 
     def reset(self, task: Task) -> None:
         """Take the model and choose the stiffness for one plan."""

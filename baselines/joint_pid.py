@@ -55,7 +55,7 @@ class JointPid(Controller):
         n = len(task.initial_q)
         if self.stiffness is None and n != len(EXAMPLE_STIFFNESS) and not np.all(np.isfinite(task.actuation.effort)):
             return "stiffness follows from the torque limits, and this arm has none: give one"
-        return wrong_length(n, stiffness=self.stiffness, damping=self.damping)
+        return wrong_length(n, {"stiffness": self.stiffness, "damping": self.damping})
 
     def reset(self, task: Task) -> None:
         """Choose the gains for one arm."""

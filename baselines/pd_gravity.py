@@ -58,7 +58,7 @@ class PdGravity(Controller):
 
     def supports(self, task: Task) -> str | None:
         """Refuse gains for another number of joints."""
-        return wrong_length(task.robot.n, stiffness=self.stiffness, damping=self.damping)
+        return wrong_length(task.robot.n, {"stiffness": self.stiffness, "damping": self.damping})
 
     def reset(self, task: Task) -> None:
         """Take the model and choose the gains for one plan."""

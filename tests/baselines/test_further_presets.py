@@ -133,9 +133,3 @@ def test_a_light_wrist_needs_all_parameters_of_its_load():
     error = "tcp_orientation_error_mean"
     assert ten[error]["value"] < 0.2 * four[error]["value"]
     assert ten["torque_ripple"]["value"] < 0.2 * four["torque_ripple"]["value"]
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_tick_keeps_its_budget(name):
-    """The best of three laps, so that a busy machine does not count as the law's."""
-    assert min(episode(name, tier="ideal", mass=1.5).timing["call_us_median"] for _ in range(3)) < 60.0

@@ -110,7 +110,6 @@ def test_wall_times_fit_together(tried, follows):
     assert timing["simulated_s"] == pytest.approx(TICKS * 1e-3)
     assert timing["real_time_factor"] == pytest.approx(timing["simulated_s"] / timing["loop_s"])
     assert 0.0 < timing["call_us_median"] <= timing["call_us_p99"] <= timing["call_us_max"]
-    assert timing["call_us_median"] * TICKS * 1e-6 < timing["loop_s"] * 2.0
     assert timing["reset_s"] > 0.0
 
 
