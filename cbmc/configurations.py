@@ -9,6 +9,7 @@ from ..controllers import Observation, Target, Task
 from .controller import CbmcV3
 from .learning import Rule
 from .patterns import ARRAYS, Patterns
+from .point_payload import point_payload
 from .spinal_cord import ExactEncoder, SpinalCord, SpinalCordTable
 from .stack import FirstOrder, Mixture, Regulation, ThirdOrder
 from .stand_ins import FixedGains, FixedWeights, HeldCompensation, ModelPatterns
@@ -92,7 +93,7 @@ class ExactPatterns(CbmcV3):
         models = []
         for load in self.loads:
             model = task.robot.copy()
-            model.set_payload(point_load(load, self.centre))
+            model.set_payload(point_payload(load, self.centre))
             models.append(model)
         return ModelPatterns(self.up, self.down, tuple(models))
 
@@ -139,17 +140,3 @@ def single(patterns: Patterns, index: int) -> Patterns:
     row = slice(index, index + 1 or None)
     arrays = {name: getattr(patterns, name)[row] for name in ARRAYS}
     return replace(patterns, **arrays, loads=patterns.loads[row])
-
-
-def point_load(mass: float, centre: float) -> np.ndarray:
-    """Return a point mass on the flange's z axis as ten parameters.
-
-    Args:
-        mass: Mass [kg].
-        centre: Place on the axis [m].
-
-    Returns:
-        Mass, first moments and inertia about the flange origin, shape (10,), as ``RobotModel.payload`` orders them.
-    """
-    across = mass * centre * centre
-    return np.array([mass, 0.0, 0.0, mass * centre, across, 0.0, across, 0.0, 0.0, 0.0])

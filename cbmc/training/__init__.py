@@ -1,6 +1,6 @@
 """Training of the cerebellum's patterns, one for each load; needs torch only while it trains."""
 
-from .evaluation import GravityError, answers, gravity_heldout, gravity_torques, point_payload
+from .evaluation import GravityError, answers, gravity_heldout, gravity_torques
 from .pipeline import Lesson, evaluation_groups, train_cerebellum
 from .recipes import PRESETS, Recipe
 from .sets import SETS, TrainingSet, Workspace, training_set
@@ -17,7 +17,6 @@ __all__ = [
     "evaluation_groups",
     "gravity_heldout",
     "gravity_torques",
-    "point_payload",
     "train_cerebellum",
     "training_set",
 ]

@@ -75,19 +75,6 @@ def gravity_torques(model: RobotModel, q: Iterable[np.ndarray], payload: np.ndar
     return np.array([loaded.gravity(row) for row in q])
 
 
-def point_payload(mass: float, centre: float) -> np.ndarray:
-    """Return the parameters of a point mass on the flange's z axis, shape (10,).
-
-    Gravity knows mass and centre of a load and nothing else.
-
-    Args:
-        mass: Mass [kg].
-        centre: Its place along z of the flange [m].
-    """
-    inertia = mass * centre**2
-    return np.array([mass, 0.0, 0.0, mass * centre, inertia, 0.0, inertia, 0.0, 0.0, 0.0])
-
-
 def answers(patterns: Patterns, q: np.ndarray) -> np.ndarray:
     """Return what the cerebellum answers to many postures, shape (N, P, n) [N m].
 

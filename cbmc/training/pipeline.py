@@ -9,7 +9,8 @@ import numpy as np
 
 from ...controllers import InvalidInput, UnknownName
 from ..patterns import Patterns, robot_key
-from .evaluation import GravityError, gravity_heldout, gravity_torques, point_payload
+from ..point_payload import point_payload
+from .evaluation import GravityError, gravity_heldout, gravity_torques
 from .recipes import PRESETS, Recipe
 from .sets import SETS, TrainingSet, Workspace, training_set
 from .watch import Watch

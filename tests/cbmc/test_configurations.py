@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from torquebench.cbmc.configurations import ExactPatterns, point_load, single
+from torquebench.cbmc.configurations import ExactPatterns, single
 from torquebench.cbmc.controller import CbmcV3
 from torquebench.cbmc.nulls import ForceMassLoop, PdOracle
 from torquebench.cbmc.patterns import find_patterns
+from torquebench.cbmc.point_payload import point_payload
 from torquebench.controllers import NoKnowledge, discovery
 from torquebench.scenarios.episode import run_episode
 from torquebench.scenarios.execution import execute
@@ -126,7 +127,7 @@ def test_a_point_load_weighs_on_the_joints_as_its_mass_at_its_place(rizon):
     model = rizon.model()
     q = np.array([0.1, -0.6, 0.2, 1.4, -0.1, 0.8, 0.3])
     bare = model.gravity(q)
-    model.set_payload(point_load(3.0, 0.2646))
+    model.set_payload(point_payload(3.0, 0.2646))
     step, slope = 1e-6, np.zeros(7)
     for i in range(7):
         above, below = q.copy(), q.copy()

@@ -10,8 +10,9 @@ import pytest
 from torquebench.cbmc import patterns as module
 from torquebench.cbmc.cerebellum import PAPER
 from torquebench.cbmc.patterns import Patterns, find_patterns, load_patterns, robot_key, save_patterns
+from torquebench.cbmc.point_payload import point_payload
 from torquebench.cbmc.reference import compensate
-from torquebench.cbmc.training import answers, gravity_heldout, point_payload
+from torquebench.cbmc.training import answers, gravity_heldout
 from torquebench.controllers import InvalidInput
 from torquebench.scenarios.robots import load_robot
 from torquebench.training import joint_paths

@@ -7,7 +7,8 @@ import pytest
 from torquebench.cbmc.cerebellum import Cerebellum
 from torquebench.cbmc.pathways import Ascending, Descending
 from torquebench.cbmc.patterns import Patterns, find_patterns
-from torquebench.cbmc.training import PRESETS, Lesson, answers, gravity_heldout, gravity_torques, point_payload
+from torquebench.cbmc.point_payload import point_payload
+from torquebench.cbmc.training import PRESETS, Lesson, answers, gravity_heldout, gravity_torques
 from torquebench.cbmc.training.pipeline import EVERY, evaluation_groups
 from torquebench.controllers import InvalidInput, UnknownName
 from torquebench.scenarios.loads import Body
