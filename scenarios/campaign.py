@@ -48,6 +48,16 @@ class Campaign:
         """The runs that are to be done."""
         return tuple(self.expansion.specifications[position] for position in self.pending)
 
+    def against(self, statuses: Mapping[str, str], *, retry_failed: bool = False) -> "Campaign":
+        """Return the campaign with what is still to be done.
+
+        Args:
+            statuses: Address to status of what a store holds.
+            retry_failed: Whether failed runs are tried again.
+        """
+        done = {address for address, status in statuses.items() if not (retry_failed and status == FAILED)}
+        return replace(self, pending=tuple(position for position in self.mine if self.addresses[position] not in done))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Finished:
@@ -92,16 +102,16 @@ def plan_campaign(
     expansion = expand(benchmark, plug_ins=plug_ins)
     addresses = tuple(item.address(run_digest(item, plug_ins)) for item in expansion.specifications)
     part, parts = shard
-    done = {address for address, status in statuses.items() if not (retry_failed and status == FAILED)}
     mine = tuple(range(part - 1, len(addresses), parts))
-    return Campaign(
+    everything = Campaign(
         benchmark=benchmark,
         expansion=expansion,
         addresses=addresses,
         mine=mine,
-        pending=tuple(position for position in mine if addresses[position] not in done),
+        pending=mine,
         plug_ins=plug_ins or {},
     )
+    return everything.against(statuses, retry_failed=retry_failed)
 
 
 def run_campaign(

@@ -96,13 +96,12 @@ def run(
         overrides["latency"] = latency
     loaded = load_benchmark(benchmark, overrides=overrides, changes=changes)
     processes, folder = workers or len(os.sched_getaffinity(0)), Path(out)
-    options = {"shard": shard, "retry_failed": retry_failed, "plug_ins": plug_ins}
-    if dry_run:
-        return _planned(folder, plan_campaign(loaded, _statuses(folder), **options), processes)  # type: ignore[arg-type]
     # Wrong input is found before the folder is made.
-    plan_campaign(loaded, {}, **options)  # type: ignore[arg-type]
+    everything = plan_campaign(loaded, {}, shard=shard, plug_ins=plug_ins)
+    if dry_run:
+        return _planned(folder, everything, retry_failed=retry_failed, workers=processes)
     with Store.write(folder) as store:
-        campaign = plan_campaign(loaded, store.statuses(), **options)  # type: ignore[arg-type]
+        campaign = everything.against(store.statuses(), retry_failed=retry_failed)
         if watch is not None:
             watch(campaign, None)
         simulated = 0.0
@@ -132,22 +131,16 @@ def _named(controllers: Sequence[object]) -> tuple[list[str], dict[str, object]]
     return names, plug_ins
 
 
-def _statuses(folder: Path) -> Mapping[str, str]:
-    if not (folder / DATABASE).is_file():
-        return {}
-    with Store.read(folder) as store:
-        return store.statuses()
-
-
-def _planned(folder: Path, campaign: Campaign, processes: int) -> RunReport:
+def _planned(folder: Path, campaign: Campaign, *, retry_failed: bool, workers: int) -> RunReport:
     """Return what a campaign would do."""
+    statuses: Mapping[str, str] = {}
     if (folder / DATABASE).is_file():
         with Store.read(folder) as store:
             statuses = store.statuses()
-            simulated, wall = predicted_time(campaign, store, workers=processes)
+            missing = campaign.against(statuses, retry_failed=retry_failed)
+            simulated, wall = predicted_time(missing, store, workers=workers)
     else:
-        statuses = {}
-        simulated, wall = predicted_time(campaign, None, workers=processes)
+        simulated, wall = predicted_time(campaign, None, workers=workers)
     return _summary(folder, campaign, statuses, done=0, simulated=simulated, page=None, predicted=wall)
 
 
