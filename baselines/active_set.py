@@ -38,6 +38,70 @@ def refine(
     Returns:
         Whether it was replaced.
     """
+    v = gradient.shape[0]
+    factor, free, spread = np.empty((v, v)), np.empty(v), np.empty(rows.shape)
+    if not _cholesky(hessian, factor):
+        return False
+    _forward(factor, gradient, free)
+    for i in range(rows.shape[0]):
+        if abs(multipliers[i]) > tolerance:
+            _forward(factor, rows[i], spread[i])
+    opposite = np.empty(v)
+    if not _project(free, spread, least, most, multipliers, tolerance, opposite):
+        return False
+    _backward(factor, opposite)
+    if not holds(rows, least, most, opposite, tolerance):
+        return False
+    for k in range(v):
+        solution[k] = -opposite[k]
+    return True
+
+
+@numba.njit(cache=True)
+def refine_projection(
+    gradient: np.ndarray,
+    rows: np.ndarray,
+    least: np.ndarray,
+    most: np.ndarray,
+    multipliers: np.ndarray,
+    tolerance: float,
+    solution: np.ndarray,
+) -> bool:
+    r"""Do the same as :func:`refine` where H is the identity, so that a program of many unknowns costs little.
+
+    Args:
+        gradient: g, shape (v,).
+        rows: C, shape (r, v).
+        least: l, shape (r,).
+        most: u, shape (r,).
+        multipliers: Of the rows, positive at the upper bound, negative at the lower, shape (r,).
+        tolerance: Largest violation of a row, and largest multiplier of an inactive one.
+        solution: The solution, shape (v,); receives the exact one.
+
+    Returns:
+        Whether it was replaced.
+    """
+    opposite = np.empty(gradient.shape[0])
+    if not _project(gradient, rows, least, most, multipliers, tolerance, opposite):
+        return False
+    if not holds(rows, least, most, opposite, tolerance):
+        return False
+    for k in range(gradient.shape[0]):
+        solution[k] = -opposite[k]
+    return True
+
+
+@numba.njit(cache=True)
+def _project(
+    gradient: np.ndarray,
+    rows: np.ndarray,
+    least: np.ndarray,
+    most: np.ndarray,
+    multipliers: np.ndarray,
+    tolerance: float,
+    opposite: np.ndarray,
+) -> bool:
+    """Write the opposite of the minimiser on the active rows for H = 1, and return whether they are independent."""
     v, count = gradient.shape[0], 0
     active = np.empty(rows.shape[0], dtype=np.int64)
     for i in range(rows.shape[0]):
@@ -46,46 +110,44 @@ def refine(
             count += 1
     if count > v:
         return False
-    factor = np.empty((v, v))
-    if not _cholesky(hessian, factor):
-        return False
-    free, spread, schur, inner = np.empty(v), np.empty((count, v)), np.empty((count, count)), np.empty((count, count))
-    _forward(factor, gradient, free)
-    for a in range(count):
-        _forward(factor, rows[active[a]], spread[a])
-    forces = np.empty(count)
+    schur, inner, forces = np.empty((count, count)), np.empty((count, count)), np.empty(count)
     for a in range(count):
         i = active[a]
         forces[a] = -(most[i] if multipliers[i] > 0.0 else least[i])
         for k in range(v):
-            forces[a] -= spread[a, k] * free[k]
+            forces[a] -= rows[i, k] * gradient[k]
         for b in range(count):
             schur[a, b] = 0.0
             for k in range(v):
-                schur[a, b] += spread[a, k] * spread[b, k]
+                schur[a, b] += rows[i, k] * rows[active[b], k]
     if not _cholesky(schur, inner):
         return False
     _forward(inner, forces.copy(), forces)
     _backward(inner, forces)
+    for k in range(v):
+        opposite[k] = gradient[k]
     for a in range(count):
         for k in range(v):
-            free[k] += forces[a] * spread[a, k]
-    _backward(factor, free)
-    if not _holds(rows, least, most, free, tolerance):
-        return False
-    for k in range(v):
-        solution[k] = -free[k]
+            opposite[k] += forces[a] * rows[active[a], k]
     return True
 
 
 @numba.njit(cache=True)
-def _holds(rows: np.ndarray, least: np.ndarray, most: np.ndarray, opposite: np.ndarray, tolerance: float) -> bool:
-    """Return whether the opposite of a point violates no row."""
+def holds(rows: np.ndarray, least: np.ndarray, most: np.ndarray, opposite: np.ndarray, tolerance: float) -> bool:
+    """Return whether the opposite of a point violates no row by more than the tolerance; NaN never holds.
+
+    Args:
+        rows: C, shape (r, v).
+        least: l, shape (r,).
+        most: u, shape (r,).
+        opposite: Minus the point, shape (v,).
+        tolerance: Largest violation.
+    """
     for i in range(rows.shape[0]):
         value = 0.0
         for k in range(opposite.shape[0]):
             value -= rows[i, k] * opposite[k]
-        if value < least[i] - tolerance or value > most[i] + tolerance:
+        if not (least[i] - tolerance <= value <= most[i] + tolerance):
             return False
     return True
 

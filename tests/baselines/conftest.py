@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from torquebench.controllers import Actuation, Observation, RobotModel, Target, Task
+from torquebench.controllers import Actuation, Observation, Preview, RobotModel, Target, Task
 from torquebench.scenarios.robots import load_robot
 
 PERIOD = 1e-3
@@ -76,6 +76,12 @@ class Sway:
         twist, acceleration = state.jacobian @ dq, state.jacobian @ ddq + state.jacobian_bias
         plan = {"q": q, "dq": dq, "ddq": ddq, "pose": state.pose, "twist": twist, "acceleration": acceleration}
         return Target(**{name: read_only(array) for name, array in plan.items()}, reference=self)
+
+    def preview(self, times: np.ndarray) -> Preview:
+        """Return the plan at several times."""
+        targets = [self.target(time) for time in times]
+        names = ("q", "dq", "ddq", "pose", "twist", "acceleration")
+        return Preview(**{name: np.stack([getattr(target, name) for target in targets]) for name in names})
 
 
 class Bench:

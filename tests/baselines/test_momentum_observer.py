@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from torquebench.baselines.computed_torque import ComputedTorque
 from torquebench.baselines.momentum_observer import MomentumObserver
+from torquebench.baselines.momentum_residual import MomentumResidual
 from torquebench.controllers import Actuation, InvalidInput, discovery
 from torquebench.scenarios.episode import run_episode
 from torquebench.scenarios.loads import LoadSchedule, Payload
@@ -193,3 +194,18 @@ def test_settings_that_mean_nothing_are_refused(wrong):
     """With the setting's name."""
     with pytest.raises(InvalidInput, match=next(iter(wrong))):
         MomentumObserver(**wrong)
+
+
+def test_another_payload_is_no_torque(bench, load):
+    """A law with an observer of its own is told of a load in motion: the momentum jumps and nothing has pulled."""
+    arm = bench("six", sway=0.5)
+    residual = MomentumResidual(arm.model, drives(), gain=50.0, period=H)
+    for k in range(100):
+        if k == 50:
+            arm.model.set_payload(load(2.0, z=0.1))
+            arm.plant.set_payload(load(2.0, z=0.1))
+        q, dq, _ = arm.plan.joints(k * H)
+        # What acted between the last reading and this one.
+        drive = arm.plant.inverse_dynamics(*arm.plan.joints((k - 0.5) * H)).copy()
+        residual.update(arm.observe(k * H, q, dq, drive))
+        assert np.abs(residual.torque).max() < 0.02
