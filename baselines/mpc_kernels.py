@@ -8,6 +8,8 @@ import numpy as np
 def roll_out(
     start: np.ndarray,
     accelerations: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
     selection: np.ndarray,
     interval: float,
     q: np.ndarray,
@@ -19,22 +21,27 @@ def roll_out(
     Args:
         start: Position and velocity at knot 0, shape (2, n) [rad, rad/s].
         accelerations: Of the blocks, shape (b, n) [rad/s^2].
-        selection: Which block a knot belongs to, shape (N, b).
+        position: Gamma^q, shape (N + 1, b) [s^2].
+        velocity: Gamma^v, shape (N + 1, b) [s].
+        selection: S, shape (N, b).
         interval: Time between two knots [s].
         q: Receives positions at the knots 0 to N, shape (N + 1, n) [rad].
         dq: Receives velocities, shape (N + 1, n) [rad/s].
         ddq: Receives accelerations from the knots 0 to N - 1 on, shape (N, n) [rad/s^2].
     """
     knots, blocks = selection.shape
-    for i in range(start.shape[1]):
-        q[0, i], dq[0, i] = start[0, i], start[1, i]
+    for k in range(knots + 1):
+        for i in range(start.shape[1]):
+            q[k, i], dq[k, i] = start[0, i] + k * interval * start[1, i], start[1, i]
+        for b in range(blocks):
+            for i in range(start.shape[1]):
+                q[k, i] += position[k, b] * accelerations[b, i]
+                dq[k, i] += velocity[k, b] * accelerations[b, i]
     for k in range(knots):
         for i in range(start.shape[1]):
             ddq[k, i] = 0.0
             for b in range(blocks):
                 ddq[k, i] += selection[k, b] * accelerations[b, i]
-            q[k + 1, i] = q[k, i] + interval * (dq[k, i] + 0.5 * interval * ddq[k, i])
-            dq[k + 1, i] = dq[k, i] + interval * ddq[k, i]
 
 
 @numba.njit(cache=True)

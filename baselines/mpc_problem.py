@@ -79,8 +79,8 @@ class PlanProblem(ABC):
             reference: The motion at the knots 0 to N.
             disturbance: What acts on the arm besides the command, shape (n,) [N m].
         """
-        selection, interval = self.horizon.selection, self.horizon.interval
-        roll_out(start, accelerations, selection, interval, self.q, self.dq, self.ddq)
+        interval = self.horizon.interval
+        self._roll_out(start, accelerations)
         inputs, knots = self.torque.inputs, self.horizon.knots
         inputs["q"][:], inputs["dq"][:], inputs["ddq"][:] = self.q[:knots], self.dq[:knots], self.ddq
         inputs["payload"][:] = self.robot.payload
@@ -95,8 +95,14 @@ class PlanProblem(ABC):
         if change is None:
             return None
         better: np.ndarray = accelerations + self._accelerations(change)
-        roll_out(start, better, selection, interval, self.q, self.dq, self.ddq)
+        self._roll_out(start, better)
         return better
+
+    def _roll_out(self, start: np.ndarray, accelerations: np.ndarray) -> None:
+        """Fill the states and accelerations of a plan."""
+        horizon = self.horizon
+        matrices = (horizon.position, horizon.velocity, horizon.selection)
+        roll_out(start, accelerations, *matrices, horizon.interval, self.q, self.dq, self.ddq)
 
     @abstractmethod
     def _condense(self, derivatives: np.ndarray, reference: Preview) -> None:
