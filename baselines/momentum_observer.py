@@ -1,12 +1,13 @@
 """Generalised momentum observer: the torque that acts on the joints besides the drives', without accelerations."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba
 import numpy as np
 import pinocchio as pin
 
-from ..controllers import Actuation, Observation, PayloadTruth, RobotModel
+from ..controllers import Actuation, LedgerEntry, Observation, PayloadTruth, RobotModel
 from ..controllers.kernels import bind
 from .settings import require_positive
 
@@ -77,6 +78,14 @@ class MomentumObserver:
         np.copyto(self._torque, observation.torque)
         self._update()
         self.robot.set_disturbance(self._residual)
+
+    def ledger(self) -> Sequence[LedgerEntry]:
+        """Return where each setting comes from."""
+        stable = "impedance with full feed-forward holds at 85 and fails at 100 on the usual tier [1/s]"
+        return (
+            LedgerEntry(setting="gain", value=self.gain, source="chosen", note=stable),
+            LedgerEntry(setting="period", value=self.period, source="chosen", note="the harness's tick [s]"),
+        )
 
 
 @numba.njit(cache=True)

@@ -193,3 +193,9 @@ def test_settings_that_mean_nothing_are_refused(wrong):
     """With the setting's name."""
     with pytest.raises(InvalidInput, match=next(iter(wrong))):
         MomentumObserver(**wrong)
+
+
+def test_settings_in_the_ledger_are_those_that_run():
+    """A ledger that shows defaults while other numbers run is worse than none."""
+    entries = {entry.setting: entry.value for entry in MomentumObserver(gain=20.0).ledger()}
+    assert entries == {"gain": 20.0, "period": 1e-3}
