@@ -1,14 +1,37 @@
 """Payload from the force and torque sensor: a Kalman filter for mass, first moments and the sensor's own bias."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 import pinocchio as pin
 
-from ..controllers import Actuation, Observation, PayloadTruth, RobotModel
+from ..controllers import Actuation, LedgerEntry, Observation, PayloadTruth, RobotModel
 from ..controllers.kernels import bind
 from .ft_filter import CONSTANTS, MEMORY, weigh
 from .settings import require_not_negative, require_positive
+
+CHOSEN: dict[str, str] = {
+    "corner": "two in a row, for regressor and wrench alike [Hz]",
+    "force_noise": "twice the usual tier's, for what the filtered accelerations add [N]",
+    "torque_noise": "four times the usual tier's, for the same reason [N m]",
+    "force_bias": "the usual tier's spread [N]",
+    "torque_bias": "the usual tier's spread [N m]",
+    "mass_spread": "the heaviest content [kg]",
+    "moment_spread": "about the expected centre [kg m]",
+    "mass_drift": "so that the filter does not fall asleep [kg/sqrt(s)]",
+    "moment_drift": "so that the filter does not fall asleep [kg m/sqrt(s)]",
+    "jump": "squared innovation over its variance; finds 0.5 kg, not 0.2 kg",
+    "jump_ticks": "in a row, so that one outlier is no step",
+    "reopen": "until the second filter has settled [s]",
+    "mass_limit": "bound on what the model is told [kg]",
+    "reach": "bound on what the model is told, per axis [m]",
+    "radius": "of the ball whose inertia stands for the load's, which is not seen [m]",
+    "resolution": "the model is refreshed at once from here on [kg]",
+    "interval": "between smaller corrections [s]",
+    "period": "the harness's tick [s]",
+}
+"""What there is to say of each setting; all were chosen by hand."""
 
 
 @dataclass(kw_only=True)
@@ -126,6 +149,13 @@ class FtEstimate:
         self._reading[:] = observation.wrench
         if self._update():
             self.robot.set_payload(self._payload)
+
+    def ledger(self) -> Sequence[LedgerEntry]:
+        """Return where each setting comes from."""
+        return tuple(
+            LedgerEntry(setting=field.name, value=getattr(self, field.name), source="chosen", note=CHOSEN[field.name])
+            for field in fields(self)
+        )
 
     def _motion(self) -> tuple[np.ndarray, ...]:
         """Return views of the carrying joint's rotation and velocity, and the flange's placement there."""

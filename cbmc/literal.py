@@ -1,10 +1,11 @@
 """The paper's equations as printed wherever they can be computed; most runs fail, and are shown failing."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..controllers import InvalidInput, Task
+from ..controllers import InvalidInput, LedgerEntry, Task
 from .controller import CbmcV3
 from .guard import Caps
 from .learning import ConstantGradient, Rule, TorquePenalty
@@ -36,6 +37,21 @@ class CbmcV3Literal(CbmcV3):
         if self.literal_learning not in LEARNING:
             what, where = f"literal_learning = {self.literal_learning!r}", "setting 'literal_learning'"
             raise InvalidInput(what, where, f"one of {', '.join(LEARNING)}")
+
+    def ledger(self) -> Sequence[LedgerEntry]:
+        """Return where each setting comes from; what this form prints differently says so."""
+        inherited = {entry.setting: entry for entry in super().ledger()}
+        # The printed losses have no sensitivity in them.
+        del inherited["sensitivity"]
+        learning = LedgerEntry(
+            setting="literal_learning", value=self.literal_learning, source="chosen", note="how the losses are read"
+        )
+        sums = replace(inherited["spike gain"], value=1.0, source="published", note="the raw sum, as printed")
+        free = {
+            name: replace(inherited[name], source="published", note="the paper prints no bounds")
+            for name in ("stiffness_range", "damping_range", "gain caps")
+        }
+        return tuple((inherited | free | {"spike gain": sums, "literal_learning": learning}).values())
 
     def _caps(self, task: Task) -> Caps:
         free = np.full(task.robot.n, np.inf)

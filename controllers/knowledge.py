@@ -24,7 +24,10 @@ class PayloadTruth:
 
 
 class KnowledgeProvider(Protocol):
-    """Refreshes the model's payload or disturbance; its time counts as the controller's."""
+    """Refreshes the model's payload or disturbance; its time counts as the controller's.
+
+    A provider with settings may say where they come from by a method ``ledger``, as controllers do.
+    """
 
     def reset(self, robot: RobotModel, actuation: Actuation, truth: PayloadTruth) -> None:
         """Set the model for the first tick."""

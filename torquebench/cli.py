@@ -9,6 +9,7 @@ COMMANDS = {
     "run": "Run a benchmark and write its report.",
     "report": "Write the report of a results folder again.",
     "list": "List what can be named: controllers, trajectories, benchmarks and so on.",
+    "ledger": "Print where every setting of every controller comes from.",
     "speed": "Measure how fast harness, plants and controllers are on this machine.",
     "merge": "Join results folders.",
     "train": "Train the cerebellum's patterns for an arm.",

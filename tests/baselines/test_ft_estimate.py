@@ -268,3 +268,11 @@ def test_settings_that_mean_nothing_are_refused(wrong):
     """With the setting's name."""
     with pytest.raises(InvalidInput, match=next(iter(wrong))):
         FtEstimate(**wrong)
+
+
+def test_every_setting_is_in_the_ledger_with_its_value_and_a_word_on_it():
+    """A setting without a word is one that nobody can defend."""
+    entries = {entry.setting: entry for entry in FtEstimate(corner=20.0).ledger()}
+    assert set(entries) == set(vars(FtEstimate()))
+    assert entries["corner"].value == 20.0
+    assert all(entry.note for entry in entries.values())

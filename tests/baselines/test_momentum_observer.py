@@ -209,3 +209,9 @@ def test_another_payload_is_no_torque(bench, load):
         drive = arm.plant.inverse_dynamics(*arm.plan.joints((k - 0.5) * H)).copy()
         residual.update(arm.observe(k * H, q, dq, drive))
         assert np.abs(residual.torque).max() < 0.02
+
+
+def test_settings_in_the_ledger_are_those_that_run():
+    """A ledger that shows defaults while other numbers run is worse than none."""
+    entries = {entry.setting: entry.value for entry in MomentumObserver(gain=20.0).ledger()}
+    assert entries == {"gain": 20.0, "period": 1e-3}

@@ -10,6 +10,7 @@ from torquebench.cbmc.configurations import NoBrainstemLearning, NoEncoder, NoLe
 from torquebench.cbmc.controller import CbmcV3
 from torquebench.cbmc.diagnostics import ledger, live_arrays
 from torquebench.cbmc.guard import Caps
+from torquebench.cbmc.literal import CbmcV3Literal
 from torquebench.cbmc.stack import Schedule
 from torquebench.controllers import NoKnowledge
 from torquebench.scenarios.episode import run_episode
@@ -135,6 +136,14 @@ def test_settings_in_the_ledger_are_those_of_the_controller(awake):
     entries = {entry.setting: entry.value for entry in awake(start="cold", damping_range=(1.0, 40.0)).ledger()}
     assert entries["start"] == "cold"
     assert entries["damping_range"] == [1.0, 40.0]
+
+
+def test_the_literal_form_claims_neither_a_decoding_gain_nor_a_fitted_constant(awake):
+    """It sums raw spikes and its losses hold no sensitivity: its ledger may not copy the other reading's."""
+    entries = {entry.setting: entry for entry in awake(CbmcV3Literal, literal_learning="none").ledger()}
+    assert (entries["spike gain"].value, entries["literal_learning"].value) == (1.0, "none")
+    assert "sensitivity" not in entries
+    assert {entries[name].source for name in ("stiffness_range", "damping_range", "gain caps")} == {"published"}
 
 
 def test_what_was_learnt_before_the_run_is_told(awake):
