@@ -86,6 +86,7 @@ class World:
             lower=robot.lower,
             upper=robot.upper,
             bias=bias,
+            latency=self.specification.latency,
         )
         return Episode(
             controller=controller,  # type: ignore[arg-type]
@@ -99,7 +100,6 @@ class World:
             noise=noise,
             loads=self.loads,
             truth=self.truth,
-            latency=self.specification.latency,
         )
 
     def run_log(self, outcome: Outcome) -> RunLog:

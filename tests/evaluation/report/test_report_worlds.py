@@ -89,6 +89,25 @@ def test_two_worlds_do_not_mix(shelf, change):
     assert "This store holds runs of 2 worlds" in page.html
 
 
+def test_measured_latency_is_said_and_two_machines_do_not_mix(shelf):
+    """A merged store: the same specification on two machines is two results, in two worlds, with a sentence each."""
+    few = {"trajectories": ("T1", "T2"), "masses": (1.5,)}
+    shelf.grid(**few)
+    for number, machine in enumerate(("a fast one", "a slow one")):
+        for trajectory in few["trajectories"]:
+            run = shelf.specification("computed_torque", "none", trajectory, latency="measured")
+            result = shelf.result(run, 1e-3, "slow")
+            owned = replace(result, provenance={**result.provenance, "machine": machine})
+            shelf.store.put(run.address(f"digest {number}"), run, [owned])
+    page = shelf.campaign().report()
+    plain, *measured = page.summary["worlds"]
+    assert plain["facts"]["Latency"] == "none" and plain["sentences"]["machine"] == ""
+    assert [world["facts"]["Latency"] for world in measured] == ["measured on a fast one", "measured on a slow one"]
+    assert [(world["runs"], world["left_out"]) for world in measured] == [(2, 0), (2, 0)]
+    assert "belong to one machine (a slow one)" in measured[1]["sentences"]["machine"]
+    assert measured[1]["sentences"]["machine"] in page.html
+
+
 def test_runs_with_a_load_change_are_a_world_of_their_own_and_twins_are_apart(shelf):
     shelf.grid(trajectories=("T1", "T2"), masses=(1.5,))
     heavier = LoadSchedule(entries=((0.0, Payload(mass=1.5)), (12.0, Payload(mass=3.5, material="sand"))))
