@@ -91,6 +91,7 @@ class Benchmark(Sweep):
         plant: Name of the plant, empty for PyBullet or, where it has no wheel, Pinocchio.
         tier: Name of the tier.
         latency: Ticks by which every command is late, or ``"measured"``: each by its own call.
+        tare: Whether the force sensor is zeroed before every run, with the gripper alone.
         seed: Seed of the campaign.
         run: Run tables; none means one that says nothing.
     """
@@ -105,6 +106,7 @@ class Benchmark(Sweep):
     plant: str = ""
     tier: str = DEFAULT_TIER
     latency: Annotated[Latency, BeforeValidator(_latency)] = 0
+    tare: bool = False
     seed: Annotated[int, Field(ge=0)] = 1
     lead_in: Number = 1.0
     settings: Annotated[Settings, Field(default_factory=dict)]

@@ -124,6 +124,7 @@ def _world(benchmark: Benchmark, robot: Robot, plant: str) -> RunFactory:
         plant=plant,
         tier=benchmark.tier,
         latency=benchmark.latency,
+        tare=benchmark.tare,
         campaign=benchmark.seed,
     )
 

@@ -34,6 +34,7 @@ class RunSpecification:
         laps: Whole laps after the lead-in.
         lead_in: Duration of the start from rest [s].
         latency: Ticks by which every command is late, before the limiter, or ``"measured"``: each by its own call.
+        tare: Whether the force sensor is zeroed before the run, with the gripper alone.
         campaign: Seed of the campaign.
         repetition: Number of the repetition, from 0.
         protocol: ``"fresh"`` or ``"carried"``, see :data:`PROTOCOLS`.
@@ -53,6 +54,7 @@ class RunSpecification:
     laps: int = 3
     lead_in: float = 1.0
     latency: Latency = 0
+    tare: bool = False
     campaign: int = 1
     repetition: int = 0
     protocol: str = FRESH
@@ -120,7 +122,8 @@ class RunSpecification:
             "protocol": self.protocol,
             "repetitions": self.repetitions,
         }
-        return canonical_json(table)
+        # Named only where it is done: the addresses of all other runs stay what they were.
+        return canonical_json(table | ({"tare": True} if self.tare else {}))
 
     @classmethod
     def from_json(cls, text: str) -> "RunSpecification":

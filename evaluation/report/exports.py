@@ -29,6 +29,7 @@ SPECIFICATION = (
     "laps",
     "lead_in",
     "latency",
+    "tare",
     "campaign",
     "repetition",
     "twins",

@@ -126,6 +126,7 @@ def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
         ("Lead-in", f"{run.lead_in:g} s"),
         ("Protocol", run.protocol),
         ("Latency", _latency(row)),
+        ("Force sensor", "tared before the run" if run.tare else "not tared"),
         ("Seed", str(run.campaign)),
     )
 

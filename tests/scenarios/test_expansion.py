@@ -164,9 +164,9 @@ def test_every_run_has_its_own_settings(expanded):
 
 def test_the_world_of_a_benchmark_is_that_of_all_its_runs(expanded):
     """Tier, tool, latency and seed belong to the comparison, not to a controller."""
-    text = 'controllers = ["Law"]\ntier = "ideal"\ntool = "flange"\nlatency = 2\nseed = 7\n'
+    text = 'controllers = ["Law"]\ntier = "ideal"\ntool = "flange"\nlatency = 2\ntare = true\nseed = 7\n'
     for run in expanded(text).specifications:
-        assert (run.tier, run.tool, run.latency, run.campaign, run.robot) == ("ideal", "flange", 2, 7, "rizon4s")
+        assert (run.tier, run.tool, run.latency, run.campaign, run.tare) == ("ideal", "flange", 2, 7, True)
 
 
 def test_the_first_tool_of_a_robot_has_its_name_in_every_run(expanded):

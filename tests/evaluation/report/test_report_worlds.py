@@ -73,7 +73,15 @@ def test_nothing_failed_is_said_in_one_line(shelf):
 
 @pytest.mark.parametrize(
     "change",
-    [{"tier": "ideal"}, {"plant": "pinocchio"}, {"laps": 5}, {"lead_in": 2.0}, {"latency": 1}, {"campaign": 2}],
+    [
+        {"tier": "ideal"},
+        {"plant": "pinocchio"},
+        {"laps": 5},
+        {"lead_in": 2.0},
+        {"latency": 1},
+        {"tare": True},
+        {"campaign": 2},
+    ],
 )
 def test_two_worlds_do_not_mix(shelf, change):
     """A mean over two plants is a mean of nothing."""
