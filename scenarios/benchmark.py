@@ -52,7 +52,7 @@ class Sweep(Record):
 
     Attributes:
         controllers: Names or doors.
-        knowledge: Levels; empty for all that can differ.
+        knowledge: Levels; empty for the standard ones that can differ.
         trajectories: Names or doors.
         loads: Constant loads, each a cell of its own.
         schedule: One load history with events, instead of ``loads``.
