@@ -8,11 +8,11 @@ import numpy as np
 
 from .ft_estimate import FtEstimate
 from .ft_filter import CENTRED, FULL
+from .ft_mechanics import ELEMENTS
 from .settings import require_not_negative, require_positive
 
 TENSOR = np.array([[4, 5, 7], [5, 6, 8], [7, 8, 9]])
 """Place of each element of the inertia among the ten parameters."""
-COLUMNS = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 SEEN = 0.25
 """A direction of the inertia is seen when this share of its prior variance is left: half the standard deviation."""
 
@@ -102,4 +102,4 @@ def real_body(parameters: np.ndarray, *, thinnest: float, widest: float) -> np.n
     extents, axes = np.linalg.eigh(0.5 * np.trace(about) * np.eye(3) - about)
     second = axes * np.clip(extents, mass * thinnest**2, mass * widest**2) @ axes.T
     tensor = np.trace(second) * np.eye(3) - second + shift
-    return np.array([mass, *first, *(tensor[place] for place in COLUMNS)])
+    return np.array([mass, *first, *(tensor[place] for place in ELEMENTS)])

@@ -7,6 +7,8 @@ about the flange (xx, xy, yy, xz, yz, zz): the width of the regressor says which
 import numba
 import numpy as np
 
+from .ft_mechanics import add_tool, ball, ball_slope, flange_motion, load_regressor, rotation_columns
+
 LEAST = 0.05
 """Below this mass the centre is not computed: it would be a quotient of two noises [kg]."""
 
@@ -62,30 +64,12 @@ def weigh(memory, constants, motion, reading, payload):  # type: ignore[no-untyp
     """
     m, c = memory[0], constants[0]
     axes, twist = np.empty((3, 3)), np.empty(6)
-    _flange_motion(motion, axes, twist)
+    flange_motion(motion, axes, twist)
     _balance(m, c, axes, twist, reading)
     _filter(m, c.gain)
     _watch(m, c, _surprise(m, c))
     _correct(m, c, 1 if m.open > 0 else 2)
     return _tell(m, c, payload)
-
-
-@numba.njit(cache=True)
-def _flange_motion(motion, axes, twist):  # type: ignore[no-untyped-def]
-    """Fill the flange's rotation and its base-aligned velocity, linear before angular."""
-    rotation, linear, angular, placement, position = motion
-    local = np.empty(3)
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        local[i] = linear[i] + angular[j] * position[k] - angular[k] * position[j]
-    for i in range(3):
-        twist[i], twist[3 + i] = 0.0, 0.0
-        for j in range(3):
-            twist[i] += rotation[i, j] * local[j]
-            twist[3 + i] += rotation[i, j] * angular[j]
-            axes[i, j] = 0.0
-            for k in range(3):
-                axes[i, j] += rotation[i, k] * placement[k, j]
 
 
 @numba.njit(cache=True)
@@ -102,12 +86,12 @@ def _balance(m, c, axes, twist, reading):  # type: ignore[no-untyped-def]
                 angular[i] += axes[j - block, i] * twist[j]
     for i in range(6):
         m.wrench[0, i] = reading[i]
-    _regressor(acceleration[:3], angular, acceleration[3:], m.regressor[0])
-    _add_tool(m.wrench[0], c.tool, angular, acceleration)
+    load_regressor(acceleration[:3], angular, acceleration[3:], m.regressor[0])
+    add_tool(m.wrench[0], c.tool, angular, acceleration)
     if m.regressor.shape[2] == CENTRED:
         _add_rotation(m, c, angular, acceleration[3:])
     else:
-        _rotation_columns(angular, acceleration[3:], m.regressor[0])
+        rotation_columns(angular, acceleration[3:], m.regressor[0])
 
 
 @numba.njit(cache=True)
@@ -123,39 +107,10 @@ def _filter(m, gain):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _regressor(a, w, alpha, out):  # type: ignore[no-untyped-def]
-    """Fill the columns of mass and first moments of the wrench that moves the load, shape (6, 4)."""
-    square = w[0] ** 2 + w[1] ** 2 + w[2] ** 2
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        out[i, 0] = a[i]
-        out[i, 1 + i] = w[i] * w[i] - square
-        out[i, 1 + j] = w[i] * w[j] - alpha[k]
-        out[i, 1 + k] = w[i] * w[k] + alpha[j]
-        out[3 + i, 1 + j] = a[k]
-        out[3 + i, 1 + k] = -a[j]
-
-
-@numba.njit(cache=True)
-def _add_tool(wrench, tool, w, acceleration):  # type: ignore[no-untyped-def]
-    """Add P a + w x* P w of the known tool: what is left is the load's. The classical acceleration needs no v."""
-    momentum = np.zeros(6)
-    for i in range(6):
-        for j in range(6):
-            wrench[i] += tool[i, j] * acceleration[j]
-        for j in range(3):
-            momentum[i] += tool[i, 3 + j] * w[j]
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        wrench[i] += w[j] * momentum[k] - w[k] * momentum[j]
-        wrench[3 + i] += w[j] * momentum[3 + k] - w[k] * momentum[3 + j]
-
-
-@numba.njit(cache=True)
 def _add_rotation(m, c, w, alpha):  # type: ignore[no-untyped-def]
     """Add I alpha + w x I w of the load as it is thought to be: quadratic in the centre, so taken as known."""
     com, body = np.empty(3), np.empty(10)
-    _ball(_real(m, c, com), com, c.radius, body)
+    ball(_real(m, c, com), com, c.radius, body)
     inertia, momentum = body[np.array((4, 5, 7, 5, 6, 8, 7, 8, 9))].reshape(3, 3), np.zeros(3)
     for i in range(3):
         for j in range(3):
@@ -164,23 +119,6 @@ def _add_rotation(m, c, w, alpha):  # type: ignore[no-untyped-def]
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         m.wrench[0, 3 + i] += w[j] * momentum[k] - w[k] * momentum[j]
-
-
-@numba.njit(cache=True)
-def _rotation_columns(w, alpha, out):  # type: ignore[no-untyped-def]
-    """Fill the columns of the inertias about the flange: E alpha + w x E w with E the unit of each."""
-    pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
-    momentum = np.empty(3)
-    for column in range(6):
-        a, b = pairs[column]
-        momentum[:] = 0.0
-        momentum[a], momentum[b] = w[b], w[a]
-        for i in range(3):
-            j, k = (i + 1) % 3, (i + 2) % 3
-            out[3 + i, 4 + column] = w[j] * momentum[k] - w[k] * momentum[j]
-        out[3 + a, 4 + column] += alpha[b]
-        if a != b:
-            out[3 + b, 4 + column] += alpha[a]
 
 
 @numba.njit(cache=True)
@@ -294,21 +232,6 @@ def _open_inertia(m, c):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def ball_slope(centre, radius, out):  # type: ignore[no-untyped-def]
-    """Fill how a ball's inertia about the flange grows with mass and first moments near a centre, shape (6, 4)."""
-    pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
-    square = centre[0] ** 2 + centre[1] ** 2 + centre[2] ** 2
-    for k in range(6):
-        a, b = pairs[k]
-        same = 1.0 if a == b else 0.0
-        out[k, 0] = same * (0.4 * radius * radius - square) + centre[a] * centre[b]
-        for i in range(3):
-            out[k, 1 + i] = 2.0 * same * centre[i]
-        out[k, 1 + a] -= centre[b]
-        out[k, 1 + b] -= centre[a]
-
-
-@numba.njit(cache=True)
 def _real(m, c, com):  # type: ignore[no-untyped-def]
     """Return a mass that a load can have, and fill its centre: near none, where it was or is expected."""
     mass = min(max(m.estimate[0], 0.0), c.mass_limit)
@@ -332,19 +255,9 @@ def _tell(m, c, payload):  # type: ignore[no-untyped-def]
     if change <= (0.1 if m.waited >= c.interval else 1.0) * c.resolution:
         return False
     m.waited = 0
-    _ball(mass, com, c.radius, payload)
+    ball(mass, com, c.radius, payload)
     for i in range(4):
         m.told[i] = payload[i]
     for i in range(4, m.told.shape[0]):
         m.told[i] = m.estimate[i]
     return True
-
-
-@numba.njit(cache=True)
-def _ball(mass, com, radius, out):  # type: ignore[no-untyped-def]
-    """Fill the ten parameters of a ball: I = 2/5 m r^2 + m (c.c - c c^T) about the flange origin."""
-    x, y, z = com[0], com[1], com[2]
-    own = 0.4 * mass * radius * radius
-    out[0], out[1], out[2], out[3] = mass, mass * x, mass * y, mass * z
-    out[4], out[6], out[9] = own + mass * (y * y + z * z), own + mass * (x * x + z * z), own + mass * (x * x + y * y)
-    out[5], out[7], out[8] = -mass * x * y, -mass * x * z, -mass * y * z

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from torquebench.baselines.ft_estimate import FtEstimate
 from torquebench.baselines.ft_estimate_full import FtEstimateFull, real_body
-from torquebench.baselines.ft_filter import ball_slope
+from torquebench.baselines.ft_mechanics import ball_slope
 from torquebench.controllers import InvalidInput, discovery
 from torquebench.scenarios.body import Body
 from torquebench.scenarios.episode import run_episode
