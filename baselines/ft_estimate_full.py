@@ -19,22 +19,25 @@ SEEN = 0.25
 
 @dataclass(kw_only=True)
 class FtEstimateFull(FtEstimate):
-    r""":class:`.FtEstimate` with the load's six inertias about the flange among its states, shape (16,) with the bias.
+    r"""Knowledge level that weighs the load with the flange's sensor, and finds its inertia where the motion shows it.
 
-    The prior of the inertia is that of the ball which the other level supplies: it follows mass and moments through
-    the centre c at which the covariance was opened, with a spread of its own,
+    To the states of :class:`.FtEstimate` come six, shape (16,) with the bias: what the inertia about the flange
+    differs by from that of the ball which the other level supplies. The ball follows mass and moments through the
+    centre c at which the covariance was opened,
 
     .. math:: I = D(c) \begin{bmatrix} m \\ m c \end{bmatrix} + \delta, \quad \delta \sim N(0, \sigma^2)
 
     so the balance stays linear in all states and no centre is taken as known. On a motion of constant orientation the
-    data have rank four and nothing is learnt of delta. What is told is
+    data have rank four and nothing is learnt of delta; a turn whose torque on the spread stays below a reading's noise
+    counts as an uncertainty of the reading. With the posterior covariance of delta what is told is
 
     .. math:: \hat I + \frac{P_\delta}{\sigma^2} \left( I_{ball}(\hat m, \hat c) - D(c) \hat x \right)
 
     that is, the data where they have spoken and the ball about the estimated centre where they have not; then the
     nearest body with a positive definite pseudo-inertia and the same mass and centre.
 
-    Source: Wensing, Kim, Slotine, Linear matrix inequalities for physically consistent inertial parameter
+    Source: Schmidt, Application of state-space methods to navigation problems (1966), for states that are considered
+    and not estimated; Wensing, Kim, Slotine, Linear matrix inequalities for physically consistent inertial parameter
     identification (RA-L 2018), for the pseudo-inertia; the rest is this project's.
 
     Attributes:
