@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import ClassVar
 
 import numpy as np
 import pinocchio as pin
 
 from ..controllers import Actuation, LedgerEntry, Observation, PayloadTruth, RobotModel
 from ..controllers.kernels import bind
-from .ft_filter import CONSTANTS, MEMORY, weigh
+from .ft_filter import CENTRED, CONSTANTS, memory_dtype, weigh
 from .settings import require_not_negative, require_positive
 
 CHOSEN: dict[str, str] = {
@@ -85,6 +86,7 @@ class FtEstimate:
         resolution: Mass change that is told at once [kg]; a tenth of it is told every ``interval``.
         interval: Time between two small corrections [s].
         period: Time between two refreshes [s].
+        load: Number of the load's parameters that are estimated.
     """
 
     corner: float = 12.0
@@ -105,6 +107,7 @@ class FtEstimate:
     resolution: float = 0.02
     interval: float = 0.010
     period: float = 1e-3
+    load: ClassVar[int] = CENTRED
 
     def __post_init__(self) -> None:
         """Check the settings."""
@@ -137,9 +140,10 @@ class FtEstimate:
         self._model, self._data = robot.model, robot.model.createData()
         self._reading = np.zeros(6)
         self._payload = np.zeros(10)
-        self._memory = np.zeros(1, MEMORY)
+        self._memory = np.zeros(1, memory_dtype(self.load))
         self._memory["centre"] = _tool_point(robot)
-        self._memory["covariance"][0] = np.diag([0.0] * 4 + [self.force_bias**2] * 3 + [self.torque_bias**2] * 3)
+        bias = [self.force_bias**2] * 3 + [self.torque_bias**2] * 3
+        self._memory["covariance"][0] = np.diag([0.0] * self.load + bias)
         self._memory["open"] = round(self.reopen / self.period) + 1
         self._update = bind(weigh, self._memory, self._constants(), self._motion(), self._reading, self._payload)
 
@@ -148,7 +152,11 @@ class FtEstimate:
         pin.forwardKinematics(self._model, self._data, observation.q, observation.dq)
         self._reading[:] = observation.wrench
         if self._update():
-            self.robot.set_payload(self._payload)
+            self.robot.set_payload(self._told())
+
+    def _told(self) -> np.ndarray:
+        """Return the ten parameters to tell, those of a real body, shape (10,)."""
+        return self._payload
 
     def ledger(self) -> Sequence[LedgerEntry]:
         """Return where each setting comes from."""

@@ -1,7 +1,13 @@
-"""The filter behind :class:`.ft_estimate.FtEstimate`, compiled: one reading at a time, no allocation in Python."""
+"""The filter behind :class:`.ft_estimate.FtEstimate`, compiled: one reading at a time, no allocation in Python.
+
+The state is the load and the sensor's bias. Of the load it holds mass and first moments, or these and the six inertias
+about the flange (xx, xy, yy, xz, yz, zz): the width of the regressor says which.
+"""
 
 import numba
 import numpy as np
+
+from .ft_mechanics import add_tool, ball, ball_slope, flange_motion, load_regressor, rotation_columns
 
 LEAST = 0.05
 """Below this mass the centre is not computed: it would be a quotient of two noises [kg]."""
@@ -9,25 +15,34 @@ LEAST = 0.05
 ARM = 0.2
 """First moments count as the mass that has them at this distance [m]."""
 
-MEMORY = np.dtype(
-    [
-        ("estimate", "f8", 10),
-        ("covariance", "f8", (10, 10)),
-        ("centre", "f8", 3),
-        ("wrench", "f8", (3, 6)),
-        ("regressor", "f8", (3, 6, 4)),
-        ("twist", "f8", 6),
-        ("told", "f8", 4),
-        ("begun", "i8"),
-        ("surprises", "i8"),
-        ("open", "i8"),
-        ("steps", "i8"),
-        ("waited", "i8"),
-    ]
-)
+CENTRED, FULL = 4, 10
+"""Parameters of a load that are estimated: without its inertia, and with it."""
+
+
+def memory_dtype(load: int) -> np.dtype:
+    """Return the record of the filter for a number of parameters of the load."""
+    return np.dtype(
+        [
+            ("estimate", "f8", load + 6),
+            ("covariance", "f8", (load + 6, load + 6)),
+            ("centre", "f8", 3),
+            ("wrench", "f8", (3, 6)),
+            ("regressor", "f8", (3, 6, load)),
+            ("twist", "f8", 6),
+            ("told", "f8", load),
+            ("follows", "f8", (6, 4)),
+            ("begun", "i8"),
+            ("surprises", "i8"),
+            ("open", "i8"),
+            ("steps", "i8"),
+            ("waited", "i8"),
+        ]
+    )
+
+
 _SCALARS = ("gain", "jump", "mass_spread", "moment_spread", "mass_limit", "reach", "radius", "resolution", "period")
 CONSTANTS = np.dtype(
-    [(name, "f8") for name in _SCALARS]
+    [(name, "f8") for name in (*_SCALARS, "inertia_spread")]
     + [(name, "i8") for name in ("jump_ticks", "reopen", "interval")]
     + [("noise", "f8", 6), ("drift", "f8", 10), ("gravity", "f8", 6), ("tool", "f8", (6, 6))]
 )
@@ -49,30 +64,12 @@ def weigh(memory, constants, motion, reading, payload):  # type: ignore[no-untyp
     """
     m, c = memory[0], constants[0]
     axes, twist = np.empty((3, 3)), np.empty(6)
-    _flange_motion(motion, axes, twist)
+    flange_motion(motion, axes, twist)
     _balance(m, c, axes, twist, reading)
     _filter(m, c.gain)
     _watch(m, c, _surprise(m, c))
     _correct(m, c, 1 if m.open > 0 else 2)
     return _tell(m, c, payload)
-
-
-@numba.njit(cache=True)
-def _flange_motion(motion, axes, twist):  # type: ignore[no-untyped-def]
-    """Fill the flange's rotation and its base-aligned velocity, linear before angular."""
-    rotation, linear, angular, placement, position = motion
-    local = np.empty(3)
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        local[i] = linear[i] + angular[j] * position[k] - angular[k] * position[j]
-    for i in range(3):
-        twist[i], twist[3 + i] = 0.0, 0.0
-        for j in range(3):
-            twist[i] += rotation[i, j] * local[j]
-            twist[3 + i] += rotation[i, j] * angular[j]
-            axes[i, j] = 0.0
-            for k in range(3):
-                axes[i, j] += rotation[i, k] * placement[k, j]
 
 
 @numba.njit(cache=True)
@@ -89,9 +86,12 @@ def _balance(m, c, axes, twist, reading):  # type: ignore[no-untyped-def]
                 angular[i] += axes[j - block, i] * twist[j]
     for i in range(6):
         m.wrench[0, i] = reading[i]
-    _regressor(acceleration[:3], angular, acceleration[3:], m.regressor[0])
-    _add_tool(m.wrench[0], c.tool, angular, acceleration)
-    _add_rotation(m, c, angular, acceleration[3:])
+    load_regressor(acceleration[:3], angular, acceleration[3:], m.regressor[0])
+    add_tool(m.wrench[0], c.tool, angular, acceleration)
+    if m.regressor.shape[2] == CENTRED:
+        _add_rotation(m, c, angular, acceleration[3:])
+    else:
+        rotation_columns(angular, acceleration[3:], m.regressor[0])
 
 
 @numba.njit(cache=True)
@@ -101,45 +101,16 @@ def _filter(m, gain):  # type: ignore[no-untyped-def]
     for stage in range(2):
         for i in range(6):
             m.wrench[stage + 1, i] += weight * (m.wrench[stage, i] - m.wrench[stage + 1, i])
-            for j in range(4):
+            for j in range(m.regressor.shape[2]):
                 m.regressor[stage + 1, i, j] += weight * (m.regressor[stage, i, j] - m.regressor[stage + 1, i, j])
     m.begun = 1
-
-
-@numba.njit(cache=True)
-def _regressor(a, w, alpha, out):  # type: ignore[no-untyped-def]
-    """Fill the columns of mass and first moments of the wrench that moves the load, shape (6, 4)."""
-    square = w[0] ** 2 + w[1] ** 2 + w[2] ** 2
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        out[i, 0] = a[i]
-        out[i, 1 + i] = w[i] * w[i] - square
-        out[i, 1 + j] = w[i] * w[j] - alpha[k]
-        out[i, 1 + k] = w[i] * w[k] + alpha[j]
-        out[3 + i, 1 + j] = a[k]
-        out[3 + i, 1 + k] = -a[j]
-
-
-@numba.njit(cache=True)
-def _add_tool(wrench, tool, w, acceleration):  # type: ignore[no-untyped-def]
-    """Add P a + w x* P w of the known tool: what is left is the load's. The classical acceleration needs no v."""
-    momentum = np.zeros(6)
-    for i in range(6):
-        for j in range(6):
-            wrench[i] += tool[i, j] * acceleration[j]
-        for j in range(3):
-            momentum[i] += tool[i, 3 + j] * w[j]
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        wrench[i] += w[j] * momentum[k] - w[k] * momentum[j]
-        wrench[3 + i] += w[j] * momentum[3 + k] - w[k] * momentum[3 + j]
 
 
 @numba.njit(cache=True)
 def _add_rotation(m, c, w, alpha):  # type: ignore[no-untyped-def]
     """Add I alpha + w x I w of the load as it is thought to be: quadratic in the centre, so taken as known."""
     com, body = np.empty(3), np.empty(10)
-    _ball(_real(m, c, com), com, c.radius, body)
+    ball(_real(m, c, com), com, c.radius, body)
     inertia, momentum = body[np.array((4, 5, 7, 5, 6, 8, 7, 8, 9))].reshape(3, 3), np.zeros(3)
     for i in range(3):
         for j in range(3):
@@ -151,16 +122,35 @@ def _add_rotation(m, c, w, alpha):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def _predict(m, stage, row, column):  # type: ignore[no-untyped-def]
+def _columns(m, stage, out):  # type: ignore[no-untyped-def]
+    """Fill what a reading says of the load; return the largest of what it says of the inertia.
+
+    The inertia is that of a ball, which follows mass and moments, and a difference: the ball's part goes to their
+    columns.
+    """
+    load, largest = m.regressor.shape[2], 0.0
+    for i in range(6):
+        for j in range(load):
+            out[i, j] = m.regressor[stage, i, j]
+        for k in range(CENTRED, load):
+            largest = max(largest, abs(m.regressor[stage, i, k]))
+            for j in range(CENTRED):
+                out[i, j] += m.regressor[stage, i, k] * m.follows[k - CENTRED, j]
+    return largest
+
+
+@numba.njit(cache=True)
+def _predict(m, stage, row, columns, column):  # type: ignore[no-untyped-def]
     """Fill the covariance with one reading; return its innovation and the estimate's share of its variance."""
-    x, p, regressor = m.estimate, m.covariance, m.regressor[stage, row]
-    innovation = m.wrench[stage, row] - x[4 + row]
-    for i in range(10):
-        column[i] = p[i, 4 + row]
-        for j in range(4):
+    x, p, regressor = m.estimate, m.covariance, columns[row]
+    load = regressor.shape[0]
+    innovation = m.wrench[stage, row] - x[load + row]
+    for i in range(load + 6):
+        column[i] = p[i, load + row]
+        for j in range(load):
             column[i] -= p[i, j] * regressor[j]
-    variance = column[4 + row]
-    for j in range(4):
+    variance = column[load + row]
+    for j in range(load):
         innovation += regressor[j] * x[j]
         variance -= regressor[j] * column[j]
     return innovation, variance
@@ -169,26 +159,36 @@ def _predict(m, stage, row, column):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True)
 def _surprise(m, c):  # type: ignore[no-untyped-def]
     """Return the first stage's squared innovations over their variances, its noise taken as twice the second's."""
-    total, column = 0.0, np.empty(10)
+    total, column, columns = 0.0, np.empty(m.estimate.shape[0]), np.empty((6, m.regressor.shape[2]))
+    _columns(m, 1, columns)
     for row in range(6):
-        innovation, variance = _predict(m, 1, row, column)
+        innovation, variance = _predict(m, 1, row, columns, column)
         total += innovation * innovation / (variance + 4.0 * c.noise[row])
     return total
 
 
 @numba.njit(cache=True)
 def _correct(m, c, stage):  # type: ignore[no-untyped-def]
-    """Update estimate and covariance, one component of the wrench after the other."""
-    x, p, column = m.estimate, m.covariance, np.empty(10)
-    for i in range(4):
+    """Update estimate and covariance, one component of the wrench after the other.
+
+    An inertia within its spread whose torque drowns in the noise counts as an uncertainty of the reading and is not
+    learnt from it (Schmidt's consider filter): the smallest systematic error would pass for an inertia.
+    """
+    x, p, load = m.estimate, m.covariance, m.regressor.shape[2]
+    column, columns = np.empty(load + 6), np.empty((6, load))
+    is_faint = _columns(m, stage, columns) * c.inertia_spread < np.sqrt(c.noise[5])
+    for i in range(load):
         p[i, i] += c.drift[i]
     for row in range(6):
-        innovation, variance = _predict(m, stage, row, column)
+        innovation, variance = _predict(m, stage, row, columns, column)
         variance += c.noise[row]
-        for i in range(10):
-            x[i] += column[i] * innovation / variance
-            for j in range(10):
-                p[i, j] -= column[i] * column[j] / variance
+        for i in range(load + 6):
+            is_considered = is_faint and CENTRED <= i < load
+            if not is_considered:
+                x[i] += column[i] * innovation / variance
+            for j in range(load + 6):
+                if not (is_considered and CENTRED <= j < load):
+                    p[i, j] -= column[i] * column[j] / variance
 
 
 @numba.njit(cache=True)
@@ -203,6 +203,7 @@ def _watch(m, c, surprise):  # type: ignore[no-untyped-def]
         m.surprises = 0
         _real(m, c, m.centre)
         _open(m.covariance, m.centre, c.mass_spread, c.moment_spread)
+        _open_inertia(m, c)
 
 
 @numba.njit(cache=True)
@@ -211,12 +212,23 @@ def _open(covariance, centre, mass_spread, moment_spread):  # type: ignore[no-un
     square = mass_spread * mass_spread
     for i in range(4):
         left = 1.0 if i == 0 else centre[i - 1]
-        for j in range(10):
+        for j in range(covariance.shape[0]):
             right = 1.0 if j == 0 else centre[j - 1] if j < 4 else 0.0
             covariance[i, j] = square * left * right
             covariance[j, i] = square * left * right
         if i > 0:
             covariance[i, i] += moment_spread * moment_spread
+
+
+@numba.njit(cache=True)
+def _open_inertia(m, c):  # type: ignore[no-untyped-def]
+    """Take the ball about the present centre for the inertia again, and return the difference to its prior."""
+    ball_slope(m.centre, c.radius, m.follows)
+    for k in range(CENTRED, m.regressor.shape[2]):
+        m.estimate[k] = 0.0
+        m.covariance[k, :] = 0.0
+        m.covariance[:, k] = 0.0
+        m.covariance[k, k] = c.inertia_spread * c.inertia_spread
 
 
 @numba.njit(cache=True)
@@ -237,21 +249,15 @@ def _tell(m, c, payload):  # type: ignore[no-untyped-def]
     change = abs(mass - m.told[0])
     for i in range(3):
         change = max(change, abs(mass * com[i] - m.told[1 + i]) / ARM)
+    for i in range(4, m.told.shape[0]):
+        change = max(change, abs(m.estimate[i] - m.told[i]) / (ARM * ARM))
     m.waited += 1
     if change <= (0.1 if m.waited >= c.interval else 1.0) * c.resolution:
         return False
     m.waited = 0
-    _ball(mass, com, c.radius, payload)
+    ball(mass, com, c.radius, payload)
     for i in range(4):
         m.told[i] = payload[i]
+    for i in range(4, m.told.shape[0]):
+        m.told[i] = m.estimate[i]
     return True
-
-
-@numba.njit(cache=True)
-def _ball(mass, com, radius, out):  # type: ignore[no-untyped-def]
-    """Fill the ten parameters of a ball: I = 2/5 m r^2 + m (c.c - c c^T) about the flange origin."""
-    x, y, z = com[0], com[1], com[2]
-    own = 0.4 * mass * radius * radius
-    out[0], out[1], out[2], out[3] = mass, mass * x, mass * y, mass * z
-    out[4], out[6], out[9] = own + mass * (y * y + z * z), own + mass * (x * x + z * z), own + mass * (x * x + y * y)
-    out[5], out[7], out[8] = -mass * x * y, -mass * x * z, -mass * y * z

@@ -4,7 +4,7 @@ from .cache import cache_folder
 from .conformance import Finding, check_controller
 from .controller import Controller, DesignInertia, build_controller, check_inertia, hook, knowledge_levels
 from .errors import InvalidInput, PlugInFailure, Refusal, TorquebenchError, UnknownName
-from .knowledge import KnowledgeProvider, NoKnowledge, Oracle, PayloadTruth
+from .knowledge import STANDARD_LEVELS, KnowledgeProvider, NoKnowledge, Oracle, PayloadTruth
 from .ledger import LedgerEntry
 from .observation import Observation
 from .robot_model import RigidBodyState, RobotModel
@@ -12,6 +12,7 @@ from .target import Preview, Reference, Target
 from .task import Actuation, Task
 
 __all__ = [
+    "STANDARD_LEVELS",
     "Actuation",
     "Controller",
     "DesignInertia",

@@ -9,6 +9,9 @@ from .observation import Observation
 from .robot_model import RobotModel
 from .task import Actuation
 
+STANDARD_LEVELS = ("none", "ft_estimate", "momentum_observer", "oracle")
+"""Levels that a benchmark which names none runs; any other level, a plug-in's too, runs only where it is named."""
+
 
 @dataclass(kw_only=True)
 class PayloadTruth:

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
 from ..controllers import InvalidInput, UnknownName
+from .latency import Latency, check_latency
 from .loads import NO_MATERIAL, LoadSchedule, Payload
 from .validation import Names, Number, Record, read_toml, validate
 
@@ -18,6 +20,13 @@ DEFAULT_TIER = "actuated"
 
 def _records(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
+
+
+def _latency(value: object) -> Latency:
+    try:
+        return check_latency(value, where="latency")
+    except InvalidInput as problem:
+        raise PydanticCustomError("latency", "{valid}", {"valid": problem.valid}) from problem
 
 
 Count = Annotated[int, Field(ge=1)]
@@ -43,7 +52,7 @@ class Sweep(Record):
 
     Attributes:
         controllers: Names or doors.
-        knowledge: Levels; empty for all that can differ.
+        knowledge: Levels; empty for the standard ones that can differ.
         trajectories: Names or doors.
         loads: Constant loads, each a cell of its own.
         schedule: One load history with events, instead of ``loads``.
@@ -81,7 +90,8 @@ class Benchmark(Sweep):
         tool: Name of the tool point, empty for the robot's first.
         plant: Name of the plant, empty for PyBullet or, where it has no wheel, Pinocchio.
         tier: Name of the tier.
-        latency: Ticks by which every command is late.
+        latency: Ticks by which every command is late, or ``"measured"``: each by its own call.
+        tare: Whether the force sensor is zeroed before every run, with the gripper alone.
         seed: Seed of the campaign.
         run: Run tables; none means one that says nothing.
     """
@@ -95,7 +105,8 @@ class Benchmark(Sweep):
     tool: str = ""
     plant: str = ""
     tier: str = DEFAULT_TIER
-    latency: int = 0
+    latency: Annotated[Latency, BeforeValidator(_latency)] = 0
+    tare: bool = False
     seed: Annotated[int, Field(ge=0)] = 1
     lead_in: Number = 1.0
     settings: Annotated[Settings, Field(default_factory=dict)]

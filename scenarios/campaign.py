@@ -12,6 +12,7 @@ from .digest import run_digest
 from .execution import Evaluate, EvaluateEvents
 from .expansion import Expansion, expand
 from .gate import require, run_gate
+from .latency import MEASURED
 from .machine import commit, machine, machine_label, versions
 from .result import FAILED, OK, RunResult
 from .specification import RunSpecification, twin_schedules
@@ -100,7 +101,7 @@ def plan_campaign(
         TorquebenchError: If something the runs need is wrong.
     """
     expansion = expand(benchmark, plug_ins=plug_ins)
-    addresses = tuple(item.address(run_digest(item, plug_ins)) for item in expansion.specifications)
+    addresses = tuple(_address(item, plug_ins) for item in expansion.specifications)
     part, parts = shard
     mine = tuple(range(part - 1, len(addresses), parts))
     everything = Campaign(
@@ -112,6 +113,19 @@ def plan_campaign(
         plug_ins=plug_ins or {},
     )
     return everything.against(statuses, retry_failed=retry_failed)
+
+
+def _address(specification: RunSpecification, plug_ins: Mapping[str, object] | None) -> str:
+    """Return the address of a run; where latency is measured, the machine is part of the result and so of it."""
+    digest = run_digest(specification, plug_ins)
+    return specification.address(f"{digest}\n{machine_label()}" if specification.latency == MEASURED else digest)
+
+
+def _stamped(specification: RunSpecification, result: RunResult) -> RunResult:
+    """Return a result with the machine on its timing and, where latency is measured, on the result itself."""
+    own = {"machine": machine_label()}
+    provenance = {**result.provenance, **own} if specification.latency == MEASURED else result.provenance
+    return replace(result, timing={**result.timing, **own}, provenance=provenance)
 
 
 def run_campaign(
@@ -146,7 +160,7 @@ def run_campaign(
     runs = campaign.runs
     for job, results in run_in_workers(runs, duty, workers=workers):
         specification = runs[job]
-        stamped = tuple(replace(result, timing={**result.timing, "machine": machine_label()}) for result in results)
+        stamped = tuple(_stamped(specification, result) for result in results)
         store.put(campaign.addresses[campaign.pending[job]], specification, stamped)
         yield Finished(specification=specification, results=stamped, simulated=simulated_time(specification))
 

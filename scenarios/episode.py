@@ -77,7 +77,6 @@ class Episode:
         noise: Force sensor noise, shape (ticks, 6), or (1, 6) of zeros [N, N m].
         loads: Tick to the slots' switches, for every change after the first.
         truth: The payload as ``oracle`` may see it; follows the plant.
-        latency: Ticks by which every command is late, before the limiter.
     """
 
     controller: ControllerLike
@@ -91,7 +90,6 @@ class Episode:
     noise: np.ndarray
     loads: Mapping[int, Sequence[bool]]
     truth: PayloadTruth
-    latency: int = 0
 
 
 @dataclass(kw_only=True)
@@ -125,7 +123,7 @@ def run_episode(episode: Episode) -> Outcome:
     n, ticks = episode.plant.q.shape[0], episode.table.shape[0]
     frame, target = np.zeros(1, frame_dtype(n)), np.zeros(1, target_dtype(n))
     tier = episode.plant.tier
-    memory = np.zeros(1, memory_dtype(n, delay=tier.delay_ticks, latency=episode.latency))
+    memory = np.zeros(1, memory_dtype(n, delay=tier.delay_ticks))
     outcome = Outcome(log=np.zeros(ticks, frame_dtype(n)), memory=memory)
     plant = episode.plant
     start_memory(memory, episode.constants, plant.q, plant.wrench, plant.gravity())

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
-from ..controllers import InvalidInput, UnknownName, build_controller, discovery, knowledge_levels
+from ..controllers import STANDARD_LEVELS, InvalidInput, UnknownName, build_controller, discovery, knowledge_levels
 from .benchmark import Benchmark, Sweep, schedules
 from .loads import LoadSchedule
 from .robots import Robot
@@ -111,8 +111,8 @@ def _levels(
             f"controller {controller!r} in protocol 'carried'",
             "it forgets at every reset; run it fresh",
         )
-    levels = knowledge_levels(built, known)
-    return tuple(level for level in levels if not sweep.knowledge or level in sweep.knowledge)
+    asked = sweep.knowledge or (*STANDARD_LEVELS, *(getattr(built, "knowledge_levels", None) or ()))
+    return tuple(level for level in knowledge_levels(built, known) if level in asked)
 
 
 def _world(benchmark: Benchmark, robot: Robot, plant: str) -> RunFactory:
@@ -124,6 +124,7 @@ def _world(benchmark: Benchmark, robot: Robot, plant: str) -> RunFactory:
         plant=plant,
         tier=benchmark.tier,
         latency=benchmark.latency,
+        tare=benchmark.tare,
         campaign=benchmark.seed,
     )
 

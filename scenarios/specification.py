@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from ..controllers import InvalidInput
+from .latency import Latency, check_latency
 from .loads import LoadSchedule, Payload
 
 SCHEMA = 1
@@ -32,7 +33,8 @@ class RunSpecification:
         tier: Name of the tier.
         laps: Whole laps after the lead-in.
         lead_in: Duration of the start from rest [s].
-        latency: Ticks by which every command is late, before the limiter.
+        latency: Ticks by which every command is late, before the limiter, or ``"measured"``: each by its own call.
+        tare: Whether the force sensor is zeroed before the run, with the gripper alone.
         campaign: Seed of the campaign.
         repetition: Number of the repetition, from 0.
         protocol: ``"fresh"`` or ``"carried"``, see :data:`PROTOCOLS`.
@@ -51,7 +53,8 @@ class RunSpecification:
     tool: str = ""
     laps: int = 3
     lead_in: float = 1.0
-    latency: int = 0
+    latency: Latency = 0
+    tare: bool = False
     campaign: int = 1
     repetition: int = 0
     protocol: str = FRESH
@@ -61,7 +64,6 @@ class RunSpecification:
         """Check what needs neither robot nor plug-in."""
         for name, value, least in (
             ("laps", self.laps, 1),
-            ("latency", self.latency, 0),
             ("repetition", self.repetition, 0),
             ("repetitions", self.repetitions, 1),
         ):
@@ -69,6 +71,7 @@ class RunSpecification:
                 raise InvalidInput(f"{name} = {value}", "run", f"at least {least}")
         if not 0.0 <= self.lead_in < 60.0:
             raise InvalidInput(f"lead_in = {self.lead_in:g} s", "run", "between 0 and 60 s")
+        check_latency(self.latency, where="run")
         self._check_protocol()
 
     def _check_protocol(self) -> None:
@@ -119,7 +122,8 @@ class RunSpecification:
             "protocol": self.protocol,
             "repetitions": self.repetitions,
         }
-        return canonical_json(table)
+        # Named only where it is done: the addresses of all other runs stay what they were.
+        return canonical_json(table | ({"tare": True} if self.tare else {}))
 
     @classmethod
     def from_json(cls, text: str) -> "RunSpecification":

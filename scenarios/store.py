@@ -62,6 +62,11 @@ class StoredRun:
         """Number of the repetition: that of the row in a chain of protocol ``carried``, else that of the run."""
         return self.result.repetition if self.specification.protocol == CARRIED else self.specification.repetition
 
+    @property
+    def machine(self) -> str:
+        """Label of the machine that the result belongs to, empty where any machine gives the same."""
+        return str(self.result.provenance.get("machine", ""))
+
 
 class Store:
     """A run store that is open."""

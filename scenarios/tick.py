@@ -8,6 +8,7 @@ import numba
 import numpy as np
 
 from ..controllers.limiter import limit_torque
+from .latency import MEASURED, Latency
 from .tiers import Tier
 
 # What ended a run; the numbers are the kernel's return values.
@@ -38,7 +39,7 @@ def target_dtype(n: int) -> np.dtype:
     return np.dtype([*joints, ("pose", "f8", (4, 4)), ("twist", "f8", 6), ("acceleration", "f8", 6)])
 
 
-def memory_dtype(n: int, *, delay: int, latency: int) -> np.dtype:
+def memory_dtype(n: int, *, delay: int) -> np.dtype:
     """Return the record of what sensors and drives remember between ticks."""
     return np.dtype(
         [
@@ -46,7 +47,8 @@ def memory_dtype(n: int, *, delay: int, latency: int) -> np.dtype:
             ("velocity", "f8", n),
             ("wrench", "f8", 6),
             ("previous", "f8", n),
-            ("pending", "f8", (latency + 1, n)),
+            ("acting", "i8"),
+            ("asked", "f8", n),
             ("delayed", "f8", (delay + 1, n)),
             ("torque", "f8", n),
             ("clipped", "i8", (2, n)),
@@ -57,13 +59,21 @@ def memory_dtype(n: int, *, delay: int, latency: int) -> np.dtype:
 
 def constants_dtype(n: int) -> np.dtype:
     """Return the record of a run's constants."""
-    scalars = [(name, "f8") for name in ("period", "quantum", "velocity_gain", "wrench_gain", "torque_gain")]
+    names = ("period", "quantum", "velocity_gain", "wrench_gain", "torque_gain", "latency", "call_ticks")
+    scalars = [(name, "f8") for name in names]
     joints = [(name, "f8", n) for name in ("effort", "rate_step", "velocity_limit", "lower", "upper")]
     return np.dtype([*scalars, *joints, ("wrench_bias", "f8", 6)])
 
 
 def run_constants(
-    tier: Tier, *, effort: np.ndarray, velocity: np.ndarray, lower: np.ndarray, upper: np.ndarray, bias: np.ndarray
+    tier: Tier,
+    *,
+    effort: np.ndarray,
+    velocity: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+    bias: np.ndarray,
+    latency: Latency = 0,
 ) -> np.ndarray:
     """Return the filled record of constants, shape (1,).
 
@@ -74,6 +84,7 @@ def run_constants(
         lower: Lower position limits, shape (n,) [rad].
         upper: Upper position limits, shape (n,) [rad].
         bias: The run's force sensor bias, shape (6,) [N, N m].
+        latency: Ticks by which every command is late, before the limiter, or ``"measured"``.
     """
     constants = np.zeros(1, constants_dtype(effort.shape[0]))
     constants["period"] = tier.period
@@ -84,6 +95,9 @@ def run_constants(
     constants["effort"], constants["velocity_limit"] = effort, velocity
     constants["rate_step"] = tier.torque_rate * tier.period
     constants["lower"], constants["upper"], constants["wrench_bias"] = lower, upper, bias
+    # One sum for every run: a number of ticks for all calls, and the ticks that a nanosecond of this call counts for.
+    measured = latency == MEASURED
+    constants["latency"], constants["call_ticks"] = (0, 1e-9 / tier.period) if measured else (latency, 0.0)
     return constants
 
 
@@ -96,13 +110,13 @@ def _filter_gain(corner_hz: float | None, period: float) -> float:
 def start_memory(memory, constants, q, wrench, gravity):  # type: ignore[no-untyped-def]
     """Put sensors and drives at rest: the arm is held by its true gravity torque."""
     m, c = memory[0], constants[0]
+    m.acting = -1
     for i in range(q.shape[0]):
         m.position[i] = _quantised(q[i], c.quantum)
         m.velocity[i] = 0.0
         m.previous[i] = gravity[i]
         m.torque[i] = gravity[i]
-        for row in range(m.pending.shape[0]):
-            m.pending[row, i] = gravity[i]
+        m.asked[i] = gravity[i]
         for row in range(m.delayed.shape[0]):
             m.delayed[row, i] = gravity[i]
     for i in range(6):
@@ -169,10 +183,8 @@ def end_tick(frame, target, log, memory, constants, k):  # type: ignore[no-untyp
         if not np.isfinite(f.command[i]):
             log[k] = frame[0]
             return NOT_FINITE
-    late, early = k % m.pending.shape[0], (k + 1) % m.pending.shape[0]
-    for i in range(n):
-        m.pending[late, i] = f.command[i]
-    limit_torque(m.pending[early], m.previous, c.effort, c.rate_step, f.limited, m.clipped)
+    _take_newest(f, log, m, c, k)
+    limit_torque(m.asked, m.previous, c.effort, c.rate_step, f.limited, m.clipped)
     row, due = k % m.delayed.shape[0], (k + 1) % m.delayed.shape[0]
     for i in range(n):
         m.previous[i] = f.limited[i]
@@ -181,6 +193,20 @@ def end_tick(frame, target, log, memory, constants, k):  # type: ignore[no-untyp
         f.torque[i] = m.torque[i]
     log[k] = frame[0]
     return _judge(f, target[0], m, c)
+
+
+@numba.njit(cache=True)
+def _take_newest(f, log, m, c, k):  # type: ignore[no-untyped-def]
+    """Let the newest command that has finished at tick k act; it is never replaced by an older one."""
+    if int(c.latency + c.call_ticks * f.call_time) == 0:
+        m.acting = k
+        m.asked[:] = f.command
+        return
+    for j in range(k - 1, m.acting, -1):
+        if j + int(c.latency + c.call_ticks * log[j].call_time) <= k:
+            m.acting = j
+            m.asked[:] = log[j].command
+            return
 
 
 @numba.njit(cache=True)

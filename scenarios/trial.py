@@ -69,7 +69,8 @@ def run_trial(world: World, controller: object, *, role: str, keeping: Keeping) 
         provider = _reset(world, controller)
         reset_time = time.perf_counter() - begun
         outcome = run_episode(world.episode(controller, provider))
-        return _trial(world, controller, outcome, replace(row, timing=_timing(outcome, reset_time, world)), keeping)
+        timed = replace(row, timing=_timing(outcome, reset_time, world), provenance=_findings(provider))
+        return _trial(world, controller, outcome, timed, keeping)
     except Refusal as refusal:
         return Trial(result=replace(row, status=REFUSED, cause="refused", reason=refusal.reason))
     except _ControllerFault as fault:
@@ -113,7 +114,7 @@ def _trial(world: World, controller: object, outcome: Outcome, row: RunResult, k
         diagnostics=shown,
         ledger=ledger,
         counts=_counts(outcome, operations),
-        provenance=_provenance(world, outcome),
+        provenance={**row.provenance, **_provenance(world, outcome)},
         trace=_trace(log, outcome, controller, keeping),
     )
     return Trial(result=result, log=log)
@@ -157,6 +158,12 @@ def _timing(outcome: Outcome, reset_time: float, world: World) -> dict[str, floa
         "call_us_max": float(calls[-1]) if ticks else 0.0,
         "deadline_misses": float(np.count_nonzero(calls > period * 1e6)),
     }
+
+
+def _findings(provider: object) -> dict[str, object]:
+    """Return what a knowledge provider says of its run, if it says anything."""
+    findings = getattr(provider, "findings", None)
+    return {} if findings is None else {"knowledge": dict(findings())}
 
 
 def _provenance(world: World, outcome: Outcome) -> dict[str, object]:

@@ -12,6 +12,7 @@ from .plants.plant import Plant
 from .robots import Robot, load_robot
 from .specification import RunSpecification
 from .streams import controller_seed, scenario_stream
+from .tare import TARE_TICKS, gripper_wrench, tare_offset
 from .tick import run_constants
 from .tiers import Tier, build_tier
 from .trajectories import Plan, load_path
@@ -53,6 +54,9 @@ class World:
         self.times = np.round(np.arange(ticks) * period - lead_in, 9)
         self.table = self.plan.rows(self.times)
         self.loads = {round((when + lead_in) / period): active for when, active in switches[1:]}
+        # A plant is made with nothing on the gripper.
+        self.plant.reset(self.table["q"][0], np.zeros(self.robot.n))
+        self._unloaded = self.plant.wrench.copy()
         self.plant.set_load(switches[0][1])
         self.plant.reset(self.table["q"][0], np.zeros(self.robot.n))
         self.truth = PayloadTruth(parameters=self.plant.payload.copy())
@@ -86,7 +90,10 @@ class World:
             lower=robot.lower,
             upper=robot.upper,
             bias=bias,
+            latency=self.specification.latency,
         )
+        if self.specification.tare:
+            constants["wrench_bias"] -= self._tare(constants)
         return Episode(
             controller=controller,  # type: ignore[arg-type]
             provider=provider,  # type: ignore[arg-type]
@@ -99,7 +106,17 @@ class World:
             noise=noise,
             loads=self.loads,
             truth=self.truth,
-            latency=self.specification.latency,
+        )
+
+    def _tare(self, constants: np.ndarray) -> np.ndarray:
+        """Return what a tare before the run takes from every reading, its noise from a stream of its own."""
+        stream = scenario_stream("tare", self.specification)
+        return tare_offset(
+            self.plant.q,
+            self._unloaded,
+            known=gripper_wrench(self._model, self.plant.q),
+            constants=constants,
+            noise=self.tier.wrench_noise * stream.standard_normal((TARE_TICKS, 6)),
         )
 
     def run_log(self, outcome: Outcome) -> RunLog:

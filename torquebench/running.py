@@ -10,6 +10,7 @@ from .reporting import report
 from .scenarios.benchmark import load_benchmark
 from .scenarios.campaign import Campaign, Finished, plan_campaign, predicted_time, run_campaign
 from .scenarios.execution import TRACE_KINDS
+from .scenarios.latency import Latency
 from .scenarios.result import FAILED, REFUSED
 from .scenarios.store import DATABASE, Store
 from .scoring import score, score_events
@@ -53,7 +54,7 @@ def run(
     robot: str = "",
     plant: str = "",
     tier: str = "",
-    latency: int | None = None,
+    latency: Latency | None = None,
     changes: Sequence[str] = (),
     shard: tuple[int, int] = (1, 1),
     workers: int = 0,
@@ -71,7 +72,7 @@ def run(
         robot: Name or file in place of the benchmark's own.
         plant: Name in place of the benchmark's own.
         tier: Name in place of the benchmark's own.
-        latency: Ticks by which every command is late, in place of the benchmark's own.
+        latency: Ticks by which every command is late, or ``"measured"``, in place of the benchmark's own.
         changes: ``key=value`` changes of the benchmark.
         shard: Part i of n, counted from 1.
         workers: Number of processes, 0 for one per core.

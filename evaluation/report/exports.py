@@ -15,7 +15,7 @@ from .fairness import ledger_of
 from .findings import COMPARED, HEADLINES, SUMMARISED, Findings
 from .panel_exports import panel_figures
 from .panels import Panels
-from .sentences import failure_sentence, lead_sentences, unranked_sentence
+from .sentences import failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .worlds import Run
 
 SCHEMA = 1
@@ -29,6 +29,7 @@ SPECIFICATION = (
     "laps",
     "lead_in",
     "latency",
+    "tare",
     "campaign",
     "repetition",
     "twins",
@@ -111,6 +112,7 @@ def _world(found: Findings) -> dict[str, object]:
         "sentences": {
             "failures": failure_sentence(found),
             "not_ranked": unranked_sentence(found),
+            "machine": machine_sentence(found),
             **{lead.metric: lead_sentences(found, lead) for lead in found.leads},
         },
         "ranking": {metric: list(found.ranked(metric)) for metric in HEADLINES},

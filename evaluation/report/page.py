@@ -11,7 +11,7 @@ from .charts import Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
 from .panels import Panels
-from .sentences import facts_in_words, failure_sentence, lead_sentences, unranked_sentence
+from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .table import Table
 from .worlds import differing_facts
 
@@ -26,6 +26,7 @@ class Section:
         failures: Sentence about failures, and whether there are any.
         leads: Sentences about each headline metric.
         unranked: Sentence about controllers that cannot come first.
+        machine: Sentence about the machine that the figures belong to, empty if to none.
         facts: What was compared.
         doubles: Rows left out, see :class:`World`.
         headline: The table of all controllers.
@@ -49,6 +50,7 @@ class Section:
     failures: tuple[str, bool]
     leads: Sequence[Sequence[str]]
     unranked: str
+    machine: str
     facts: Sequence[tuple[str, str]]
     doubles: int
     headline: Table
@@ -136,6 +138,7 @@ def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Secti
         failures=(failure_sentence(found), any(run.row.status == "failed" for run in world.runs)),
         leads=[lead_sentences(found, lead) for lead in found.leads],
         unranked=unranked_sentence(found),
+        machine=machine_sentence(found),
         facts=facts_in_words(found),
         doubles=world.doubles,
         headline=headline.headline_table(found),

@@ -14,6 +14,9 @@ PRACTICALLY_EQUAL = "practically equal"
 UNINFORMED = "none"
 """The knowledge level that is told of arm and gripper only."""
 
+MEASURED = "measured"
+"""The latency of runs whose commands are late by the wall time of their calls."""
+
 SUBJECTS = {POSITION: "position", ORIENTATION: "orientation"}
 
 
@@ -58,6 +61,18 @@ def unranked_sentence(findings: Findings) -> str:
     if not others or not ranked:
         return ""
     return f"Not ranked, for failures or a grid with gaps: {', '.join(others)}."
+
+
+def machine_sentence(findings: Findings) -> str:
+    """Say that measured latency makes results one machine's own, empty where latency is not measured."""
+    machines = {run.stored.machine for run in findings.world.runs if run.stored.specification.latency == MEASURED}
+    if not machines:
+        return ""
+    return (
+        "Latency was measured: every command acts late by the wall time of its own call, so these figures belong to "
+        f"one machine ({', '.join(sorted(machines))}) and to what else it did, and stand apart from all "
+        "others."
+    )
 
 
 def lead_sentences(findings: Findings, lead: Lead) -> list[str]:

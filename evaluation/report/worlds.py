@@ -125,9 +125,18 @@ def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
         ("Laps", str(run.laps)),
         ("Lead-in", f"{run.lead_in:g} s"),
         ("Protocol", run.protocol),
-        ("Latency", f"{run.latency} ticks" if run.latency else "none"),
+        ("Latency", _latency(row)),
+        ("Force sensor", "tared before the run" if run.tare else "not tared"),
         ("Seed", str(run.campaign)),
     )
+
+
+def _latency(row: StoredRun) -> str:
+    """Return the latency in words; a measured one is a word in the specification, and one machine's own."""
+    latency = row.specification.latency
+    if isinstance(latency, str):
+        return f"{latency} on {row.machine or 'an unknown machine'}"
+    return f"{latency} ticks" if latency else "none"
 
 
 def _world(
@@ -179,13 +188,18 @@ def _reference(labels: Iterable[str], campaigns: Sequence[Mapping[str, object]])
 
 def _without_doubles(stored: Sequence[StoredRun]) -> tuple[list[StoredRun], list[StoredRun]]:
     """Split off rows that a newer one of the same specification replaces: results of older code, in the same store."""
-    newest = {(row.specification.as_json(), row.result.role): row.address for row in stored}
+    newest = {_identity(row): row.address for row in stored}
     kept: list[StoredRun] = []
     doubles: list[StoredRun] = []
     for row in stored:
-        is_newest = newest[row.specification.as_json(), row.result.role] == row.address
+        is_newest = newest[_identity(row)] == row.address
         (kept if is_newest else doubles).append(row)
     return kept, doubles
+
+
+def _identity(row: StoredRun) -> tuple[str, str, str]:
+    """Return what two rows share if one of them replaces the other."""
+    return row.specification.as_json(), row.result.role, row.machine
 
 
 def _labels(stored: Sequence[StoredRun]) -> dict[str, str]:

@@ -92,13 +92,31 @@ class HarmonicPath:
 
     def _derivative(self, t: np.ndarray, *, order: int) -> np.ndarray:
         """Return the series less its constant, differentiated 0, 1 or 2 times, shape (k, 3)."""
-        rate = 2.0 * np.pi / self.period * np.arange(1, len(self.cosine) + 1)
-        a, b = np.array(self.cosine), np.array(self.sine)
-        # One differentiation takes (a, b) to h w (b, -a).
-        for _ in range(order):
-            a, b = rate[:, None] * b, -rate[:, None] * a
-        angle = np.outer(t, rate)
-        return np.asarray(np.cos(angle) @ a + np.sin(angle) @ b)
+        return fourier_series(t, self.period, self.cosine, self.sine, order=order)
+
+
+def fourier_series(
+    t: np.ndarray, period: float, cosine: tuple[Point, ...], sine: tuple[Point, ...], *, order: int
+) -> np.ndarray:
+    """Return a Fourier series without a constant term, differentiated some times.
+
+    Args:
+        t: Times, shape (k,) [s].
+        period: Its period [s].
+        cosine: Coefficients of the harmonics from the first, each of three components.
+        sine: As many.
+        order: How often it is differentiated.
+
+    Returns:
+        Its values, shape (k, 3).
+    """
+    rate = 2.0 * np.pi / period * np.arange(1, len(cosine) + 1)
+    a, b = np.array(cosine), np.array(sine)
+    # One differentiation takes (a, b) to h w (b, -a).
+    for _ in range(order):
+        a, b = rate[:, None] * b, -rate[:, None] * a
+    angle = np.outer(t, rate)
+    return np.asarray(np.cos(angle) @ a + np.sin(angle) @ b)
 
 
 def circle(

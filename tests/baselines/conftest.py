@@ -4,8 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from torquebench.controllers import Actuation, Observation, Preview, RobotModel, Target, Task
+from torquebench.controllers import Actuation, NoKnowledge, Observation, Preview, RobotModel, Target, Task, discovery
+from torquebench.scenarios.episode import run_episode
+from torquebench.scenarios.loads import LoadSchedule, Payload
 from torquebench.scenarios.robots import load_robot
+from torquebench.scenarios.specification import RunSpecification
+from torquebench.scenarios.world import World
 
 PERIOD = 1e-3
 BENT = np.array([0.3, 0.7, -0.4, 1.1, 0.5, 0.8, -0.2])
@@ -148,6 +152,30 @@ def bench():
 def load():
     """Builds a point mass on the flange's z axis."""
     return point_load
+
+
+@pytest.fixture
+def on_t3():
+    """Runs a named controller on T3, tier ideal, with 2 kg that it is not told of; 12 s after the lead-in.
+
+    Returns it, the load's mass [kg] and the mean distance of the tool point in every second from 0 [m].
+    """
+
+    def run(name: str, **settings: float) -> SimpleNamespace:
+        load = LoadSchedule.constant(Payload(mass=3.186, material="sand"))
+        specification = RunSpecification(
+            controller=name, trajectory="T3", schedule=load, robot="rizon4s", plant="pinocchio", tier="ideal"
+        )
+        world, provider = World(specification, load), NoKnowledge()
+        task, controller = world.task(), discovery.load("controllers", name)(**settings)
+        provider.reset(task.robot, task.actuation, world.truth)
+        controller.reset(task)
+        log = world.run_log(run_episode(world.episode(controller, provider)))
+        distance = np.linalg.norm(log.p - log.p_ref, axis=1)[log.t >= 0.0]
+        by_second = distance.reshape(-1, 1000).mean(axis=1)
+        return SimpleNamespace(controller=controller, mass=world.truth.parameters[0], error=by_second)
+
+    return run
 
 
 @pytest.fixture(scope="session")

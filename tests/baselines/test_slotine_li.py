@@ -184,3 +184,11 @@ def test_a_wrong_setting_is_refused(settings):
     """In one sentence, with its name."""
     with pytest.raises(InvalidInput, match=next(iter(settings))):
         SlotineLi(**settings)
+
+
+def test_2_kg_are_found_within_5_percent_in_12_seconds(on_t3):
+    """With exact sensors and drives; measured 1.999 kg, and within 5 % before the first lap begins."""
+    found = on_t3("slotine_li")
+    assert len(found.error) == 12 and found.mass == pytest.approx(2.0)
+    assert found.controller.estimate[0] == pytest.approx(found.mass, rel=0.05)
+    assert found.error[-1] < 0.1e-3

@@ -2,6 +2,7 @@
 
 import pytest
 from torquebench.controllers import InvalidInput
+from torquebench.scenarios import campaign as campaigns
 from torquebench.scenarios import gate
 from torquebench.scenarios.benchmark import load_benchmark
 from torquebench.scenarios.campaign import parse_shard, plan_campaign, predicted_time, run_campaign
@@ -83,6 +84,19 @@ def metrics(folder):
     """Return address to the metrics of every run."""
     with Store.read(folder) as store:
         return {run.address: (run.result.status, run.result.metrics, run.result.laps) for run in store.runs()}
+
+
+def test_a_measured_latency_belongs_to_its_machine(benchmark_of, tmp_path, monkeypatch):
+    """In address and row: stores of two machines that are merged keep both results; other runs do not care."""
+    measured, plain = benchmark_of(latency="measured", trajectories=["S1"]), benchmark_of(trajectories=["S1"])
+    run(measured, tmp_path / "store")
+    with Store.read(tmp_path / "store") as store:
+        assert {row.machine for row in store.runs()} == {campaigns.machine_label()}
+    here = [plan_campaign(benchmark, {}).addresses for benchmark in (measured, plain)]
+    monkeypatch.setattr(campaigns, "machine_label", lambda: "another, 64 cores")
+    there = [plan_campaign(benchmark, {}).addresses for benchmark in (measured, plain)]
+    assert not set(here[0]) & set(there[0])
+    assert here[1] == there[1]
 
 
 def test_running_again_does_nothing_and_two_workers_or_two_shards_give_the_same_bits(benchmark_of, tmp_path):

@@ -242,6 +242,20 @@ def test_latency_shifts_what_acts_by_its_ticks(run_of, world_of, play, says):
     assert np.array_equal(outcome.log["limited"][3:, 0], outcome.log["command"][:-3, 0])
 
 
+def test_measured_latency_is_that_of_the_wall_time_of_each_call(world_of, play, says):
+    """A call that sleeps is late by what it slept; every row obeys its own times, whatever the machine did."""
+
+    def slow(k):
+        time.sleep(2.3e-3 if k == 20 else 0.0)
+        return np.full(7, 0.01 * k)
+
+    log = play(world_of(seconds=0.05, latency="measured"), says(slow)).log
+    ends = np.arange(50) + (log["call_time"] * 1e-6).astype(int)
+    assert ends[20] >= 22
+    newest = [max((j for j in range(k + 1) if ends[j] <= k), default=-1) for k in range(50)]
+    assert all(np.array_equal(log["limited"][k], log["command"][j]) for k, j in enumerate(newest) if j >= 0)
+
+
 class TestDiagnostics:
     """What a controller shows of itself."""
 

@@ -3,7 +3,7 @@
 import importlib.util
 
 import pytest
-from torquebench.controllers import Controller, InvalidInput, UnknownName
+from torquebench.controllers import Controller, InvalidInput, UnknownName, discovery
 from torquebench.scenarios import expansion as place
 from torquebench.scenarios.benchmark import load_benchmark
 from torquebench.scenarios.expansion import expand
@@ -55,7 +55,13 @@ class Learns(Law):
     carry_over = True
 
 
-LAWS = {law.__name__: law for law in (Law, Blind, Estimates, Informed, Learns)}
+class Weighs(Law):
+    """Says itself which levels make a difference, one that no benchmark runs unasked among them."""
+
+    knowledge_levels = ("none", "ft_estimate_full")
+
+
+LAWS = {law.__name__: law for law in (Law, Blind, Estimates, Informed, Learns, Weighs)}
 
 
 @pytest.fixture
@@ -83,6 +89,7 @@ def without(monkeypatch, module):
         ("Blind", ["none"]),
         ("Estimates", ["none", "oracle"]),
         ("Informed", ["oracle"]),
+        ("Weighs", ["ft_estimate_full", "none"]),
     ],
 )
 def test_a_law_runs_at_the_levels_at_which_it_can_differ(expanded, law, levels):
@@ -94,6 +101,14 @@ def test_a_level_that_a_law_cannot_take_is_left_out_not_refused(expanded):
     """One file asks for 'none'; whoever has only 'oracle' is absent from it without a failure."""
     runs = expanded('controllers = ["Law", "Informed"]\nknowledge = ["none"]').specifications
     assert [(run.controller, run.knowledge) for run in runs] == [("Law", "none")]
+
+
+def test_a_level_beyond_the_standard_ones_runs_where_it_is_named(expanded):
+    """One more estimator, installed by whom ever, must not make every benchmark longer."""
+    assert "ft_estimate_full" in discovery.names("knowledge")
+    assert not any(run.knowledge == "ft_estimate_full" for run in expanded('controllers = ["Law"]').specifications)
+    runs = expanded('controllers = ["Law"]\nknowledge = ["none", "ft_estimate_full"]').specifications
+    assert [run.knowledge for run in runs] == ["ft_estimate_full", "none"]
 
 
 def test_a_benchmark_that_leaves_nothing_to_run_says_so(expanded):
@@ -164,9 +179,9 @@ def test_every_run_has_its_own_settings(expanded):
 
 def test_the_world_of_a_benchmark_is_that_of_all_its_runs(expanded):
     """Tier, tool, latency and seed belong to the comparison, not to a controller."""
-    text = 'controllers = ["Law"]\ntier = "ideal"\ntool = "flange"\nlatency = 2\nseed = 7\n'
+    text = 'controllers = ["Law"]\ntier = "ideal"\ntool = "flange"\nlatency = 2\ntare = true\nseed = 7\n'
     for run in expanded(text).specifications:
-        assert (run.tier, run.tool, run.latency, run.campaign, run.robot) == ("ideal", "flange", 2, 7, "rizon4s")
+        assert (run.tier, run.tool, run.latency, run.campaign, run.tare) == ("ideal", "flange", 2, 7, True)
 
 
 def test_the_first_tool_of_a_robot_has_its_name_in_every_run(expanded):

@@ -73,6 +73,8 @@ def test_numbers_read_back_to_the_bit(value):
         {"laps": 4},
         {"lead_in": 0.0},
         {"latency": 1},
+        {"latency": "measured"},
+        {"tare": True},
         {"campaign": 2},
         {"repetition": 1},
         {"protocol": "carried", "twins": False},
@@ -88,7 +90,14 @@ def test_whatever_changes_the_result_changes_the_address(change):
 def test_every_field_is_in_the_text():
     """A field added later must not be forgotten in the address."""
     fields = {field.name for field in dataclasses.fields(RunSpecification)}
-    assert set(json.loads(specification().as_json())) == fields | {"schema"}
+    assert set(json.loads(specification(tare=True).as_json())) == fields | {"schema"}
+
+
+def test_a_run_without_a_tare_does_not_name_it():
+    """The addresses of all runs before there was one stay valid."""
+    assert set(json.loads(specification(tare=True).as_json())) - set(json.loads(specification().as_json())) == {"tare"}
+    assert RunSpecification.from_json(specification().as_json()) == specification()
+    assert RunSpecification.from_json(specification(tare=True).as_json()).tare
 
 
 def test_the_code_that_runs_is_part_of_the_address():
@@ -120,7 +129,10 @@ def test_the_label_is_the_controllers_own_name_with_its_knowledge():
     ("change", "message"),
     [
         ({"laps": 0}, "run: laps = 0; at least 1"),
-        ({"latency": -1}, "run: latency = -1; at least 0"),
+        ({"latency": -1}, "run: latency = -1; whole ticks from 0, or 'measured'"),
+        ({"latency": 1.5}, "run: latency = 1.5; whole ticks from 0"),
+        ({"latency": True}, "run: latency = True; whole ticks from 0"),
+        ({"latency": "mesured"}, "run: latency = 'mesured'; did you mean 'measured'?"),
         ({"repetition": -1}, "run: repetition = -1; at least 0"),
         ({"lead_in": -0.1}, "run: lead_in = -0.1 s; between 0 and 60 s"),
         ({"lead_in": 60.0}, "run: lead_in = 60 s"),

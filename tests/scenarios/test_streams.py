@@ -20,6 +20,7 @@ SHARED = {
     "laps": 20,
     "lead_in": 0.0,
     "latency": 3,
+    "tare": True,
     "tool": "flange",
 }
 GOLDEN_SEED, GOLDEN_DRAW = 6518539692048689474, -0.4548792097175093
@@ -77,7 +78,7 @@ def test_a_controllers_own_seed_moves_with_its_name_and_settings(name):
     assert controller_seed(run(**one(SHARED | OWN, name))) != controller_seed(run())
 
 
-@pytest.mark.parametrize("name", ["knowledge", "plant", "tier", "schedule", "laps", "latency"])
+@pytest.mark.parametrize("name", ["knowledge", "plant", "tier", "schedule", "laps", "latency", "tare"])
 def test_a_controllers_own_seed_stays_with_its_knowledge_plant_and_load(name):
     """A twin differs by its load and nothing else; so does a level of knowledge."""
     assert controller_seed(run(**one(SHARED, name))) == controller_seed(run())

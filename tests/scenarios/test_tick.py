@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from torquebench.scenarios.tick import (
     DIVERGED,
     NOT_FINITE,
@@ -39,10 +41,11 @@ class Bench:
             lower=np.full(n, -3.0),
             upper=np.full(n, 3.0),
             bias=np.zeros(6) if bias is None else bias,
+            latency=latency,
         )
         self.noise = np.zeros((1, 6)) if noise is None else noise
         self.frame, self.target = np.zeros(1, frame_dtype(n)), np.zeros(1, target_dtype(n))
-        self.memory = np.zeros(1, memory_dtype(n, delay=tier.delay_ticks, latency=latency))
+        self.memory = np.zeros(1, memory_dtype(n, delay=tier.delay_ticks))
         self.log, self.table = np.zeros(ticks, frame_dtype(n)), np.zeros(ticks, target_dtype(n))
         self.q, self.dq, self.wrench, self.k = np.zeros(n), np.zeros(n), np.zeros(6), 0
         self.state = (self.q, self.dq, self.wrench)
@@ -63,17 +66,17 @@ class Bench:
         begin_tick(k=self.k, **self.records(), table=self.table, state=self.state, noise=self.noise)
         return self.frame[0]
 
-    def act(self, command):
-        """Give a command and return the verdict."""
-        self.frame["command"] = command
+    def act(self, command, *, call=0):
+        """Give a command, computed in some nanoseconds, and return the verdict."""
+        self.frame["command"], self.frame["call_time"] = command, call
         verdict = end_tick(k=self.k, **self.records(), log=self.log)
         self.k += 1
         return verdict
 
-    def tick(self, command):
+    def tick(self, command, *, call=0):
         """Do a whole tick and return its row of the log."""
         self.sense()
-        self.act(command)
+        self.act(command, call=call)
         return self.log[self.k - 1]
 
 
@@ -115,6 +118,49 @@ def test_latency_comes_before_the_limiter_and_the_limiter_before_the_delay():
     assert [row["limited"][0] for row in rows] == [12.0, 12.0, 20.0, 20.0, 20.0]
     assert [row["torque"][0] for row in rows] == [12.0, 12.0, 12.0, 20.0, 20.0]
     assert bench.memory["clipped"][0, 0].tolist() == [3, 0]
+
+
+def acting(bench, calls):
+    """Return the tick whose command acts at each tick, -1 before any, for calls of some milliseconds."""
+    rows = [bench.tick([k, 0.0], call=round(1e6 * call)) for k, call in enumerate(calls)]
+    return [-1 if row["limited"][0] == HELD[0] else round(row["limited"][0]) for row in rows]
+
+
+@pytest.mark.parametrize(("call", "late"), [(0.02, 0), (0.999, 0), (1.001, 1), (1.9, 1), (2.3, 2), (7.5, 7)])
+def test_a_measured_command_is_late_by_the_whole_ticks_of_its_own_call(call, late):
+    """A call that ends within its tick is on time, one of 2.3 ms comes two ticks late."""
+    assert acting(Bench(PLAIN, latency="measured").start(), [call] * 11) == [-1] * late + list(range(11 - late))
+
+
+def test_a_measured_command_never_replaces_a_newer_one():
+    """One slow call among fast ones is never felt: when it ends, a newer command acts."""
+    assert acting(Bench(PLAIN, latency="measured").start(), [0, 0, 3.5, 0, 0, 0, 0]) == [0, 1, 1, 3, 4, 5, 6]
+
+
+def test_while_a_call_lasts_the_newest_finished_command_acts():
+    """Call 2 ends in tick 6, call 3 in tick 5, call 4 in tick 9, call 5 in tick 7."""
+    calls = [0, 0, 4.2, 2.2, 5.2, 2.2, 9, 9, 9, 9]
+    assert acting(Bench(PLAIN, latency="measured").start(), calls) == [0, 1, 1, 1, 1, 3, 3, 5, 5, 5]
+
+
+@given(calls=st.lists(st.floats(0.0, 12.0), min_size=1, max_size=30))
+def test_whatever_the_calls_took_the_newest_that_has_ended_acts(calls):
+    """The rule, computed again from all calls at every tick."""
+    ends = [k + int(round(1e6 * call) * 1e-6) for k, call in enumerate(calls)]
+    expected = [max((j for j in range(k + 1) if ends[j] <= k), default=-1) for k in range(len(calls))]
+    # Torque 12 is the one that holds the arm: commands count from 20.
+    bench = Bench(PLAIN, latency="measured").start()
+    rows = [bench.tick([20.0 + k, 0.0], call=round(1e6 * call)) for k, call in enumerate(calls)]
+    assert [round(row["limited"][0]) - 20 for row in rows] == [k if k >= 0 else -8 for k in expected]
+
+
+def test_calls_that_end_within_their_tick_leave_every_bit_as_it_is(rng):
+    """A fast controller's run does not depend on whether its latency is measured."""
+    tier = tier_with(delay_ticks=1, torque_lag=0.0015, torque_rate=np.array([2000.0, 1000.0]))
+    benches = Bench(tier).start(), Bench(tier, latency="measured").start()
+    for command in rng.normal(scale=20.0, size=(50, 2)):
+        plain, measured = (bench.tick(command, call=900_000) for bench in benches)
+        assert plain.tobytes() == measured.tobytes()
 
 
 def test_a_torque_step_follows_one_minus_the_exponential():
@@ -283,9 +329,10 @@ def test_a_velocity_limit_is_counted_and_never_fatal():
     assert bench.memory["overspeed"][0].tolist() == [2, 3]
 
 
-def test_a_tick_allocates_nothing():
+@pytest.mark.parametrize("latency", [0, 3, "measured"])
+def test_a_tick_allocates_nothing(latency):
     """A thousand times a second: what a tick leaves behind is not measurable."""
-    bench = Bench(tier_with(encoder_quantum=6e-6, delay_ticks=1))
+    bench = Bench(tier_with(encoder_quantum=6e-6, delay_ticks=1), latency=latency)
     bench.start()
     command, records = bench.frame["command"][0], bench.records()
 

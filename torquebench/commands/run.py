@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.option("--robot", default="", help="Name, or a .toml or .urdf file.")
 @click.option("--plant", default="", help="Name of the plant.")
 @click.option("--tier", default="", help="Name of the tier.")
-@click.option("--latency", type=int, default=None, help="Ticks by which every command is late.")
+@click.option("--latency", default="", help="Ticks by which commands are late; measured: by the time of their calls.")
 @click.option("--set", "changes", multiple=True, metavar="KEY=VALUE", help="Change a key of the benchmark.")
 @click.option("--shard", default="1/1", metavar="I/N", help="Run part I of N; join the folders with merge.")
 @click.option("--workers", type=click.IntRange(min=0), default=0, help="Processes; 0 for one per core.")
@@ -33,7 +33,7 @@ def command(
     robot: str,
     plant: str,
     tier: str,
-    latency: int | None,
+    latency: str,
     changes: tuple[str, ...],
     shard: str,
     workers: int,
@@ -45,6 +45,7 @@ def command(
     """Run BENCHMARK (a name or a .toml file) and write its report."""
     from ..running import run
     from ..scenarios.campaign import parse_shard
+    from ..scenarios.latency import parse_latency
     from .progress import Progress
 
     with Progress(quiet=as_json) as progress:
@@ -55,7 +56,7 @@ def command(
             robot=robot,
             plant=plant,
             tier=tier,
-            latency=latency,
+            latency=parse_latency(latency) if latency else None,
             changes=changes,
             shard=parse_shard(shard),
             workers=workers,

@@ -73,7 +73,15 @@ def test_nothing_failed_is_said_in_one_line(shelf):
 
 @pytest.mark.parametrize(
     "change",
-    [{"tier": "ideal"}, {"plant": "pinocchio"}, {"laps": 5}, {"lead_in": 2.0}, {"latency": 1}, {"campaign": 2}],
+    [
+        {"tier": "ideal"},
+        {"plant": "pinocchio"},
+        {"laps": 5},
+        {"lead_in": 2.0},
+        {"latency": 1},
+        {"tare": True},
+        {"campaign": 2},
+    ],
 )
 def test_two_worlds_do_not_mix(shelf, change):
     """A mean over two plants is a mean of nothing."""
@@ -87,6 +95,25 @@ def test_two_worlds_do_not_mix(shelf, change):
     assert all(found["gmr"] < 1 for found in first["comparisons"] if found["metric"] == POSITION)
     assert len(re.findall('<section id="w[0-9]" class="world">', page.html)) == 2
     assert "This store holds runs of 2 worlds" in page.html
+
+
+def test_measured_latency_is_said_and_two_machines_do_not_mix(shelf):
+    """A merged store: the same specification on two machines is two results, in two worlds, with a sentence each."""
+    few = {"trajectories": ("T1", "T2"), "masses": (1.5,)}
+    shelf.grid(**few)
+    for number, machine in enumerate(("a fast one", "a slow one")):
+        for trajectory in few["trajectories"]:
+            run = shelf.specification("computed_torque", "none", trajectory, latency="measured")
+            result = shelf.result(run, 1e-3, "slow")
+            owned = replace(result, provenance={**result.provenance, "machine": machine})
+            shelf.store.put(run.address(f"digest {number}"), run, [owned])
+    page = shelf.campaign().report()
+    plain, *measured = page.summary["worlds"]
+    assert plain["facts"]["Latency"] == "none" and plain["sentences"]["machine"] == ""
+    assert [world["facts"]["Latency"] for world in measured] == ["measured on a fast one", "measured on a slow one"]
+    assert [(world["runs"], world["left_out"]) for world in measured] == [(2, 0), (2, 0)]
+    assert "belong to one machine (a slow one)" in measured[1]["sentences"]["machine"]
+    assert measured[1]["sentences"]["machine"] in page.html
 
 
 def test_runs_with_a_load_change_are_a_world_of_their_own_and_twins_are_apart(shelf):
