@@ -84,16 +84,17 @@ def broken_loops(closed: np.ndarray) -> np.ndarray:
 
 
 def scatter(closed: np.ndarray) -> np.ndarray:
-    """Return how little the last two periods agree: the relative uncertainty of each channel's disk margin.
+    """Return how little the periods agree: the relative standard error of each channel's disk margin.
 
     Args:
         closed: T of at least two periods, shape (periods, F, n, n).
 
     Returns:
-        Largest difference of the two, over the largest of \\|(S - T) / 2\\|, shape (n,).
+        Largest standard error of the mean over periods, over the largest magnitude of (S - T) / 2, shape (n,).
     """
-    before, last = (np.diagonal(period, axis1=1, axis2=2) for period in closed[-2:])
-    return np.asarray(np.abs(last - before).max(axis=0) / np.abs(0.5 - last).max(axis=0))
+    own = np.diagonal(closed, axis1=2, axis2=3)
+    error = own.std(axis=0, ddof=1) / np.sqrt(len(own))
+    return np.asarray(error.max(axis=0) / np.abs(0.5 - own.mean(axis=0)).max(axis=0))
 
 
 def loop_margins(response: np.ndarray, omega: np.ndarray) -> LoopMargins:

@@ -29,16 +29,16 @@ def loop_study(specification: RunSpecification, play: Play, judges: Judges, trac
     for joint, effort in enumerate(robot.effort):
         inject = _Injection(specification, joint, SHARE * float(effort))
         trial = play(run, inject)
+        log = trial.log
         results.append(trial.result)
-        if trial.result.status != OK or trial.log is None:
+        if trial.result.status != OK or log is None:
             reason = f"while joint {joint + 1} was excited: {trial.result.reason}"
             return replace(trial.result, reason=reason, timing=study_timing(results), trace=None)
-        scored = trial.log.t >= -0.5 * trial.log.dt
-        commands.append(trial.log.tau_cmd[scored].reshape(specification.laps, -1, robot.n))
+        scored = log.t >= -0.5 * log.dt
+        commands.append(log.tau_cmd[scored].reshape(specification.laps, -1, robot.n))
         injections.append(inject.wave)
-    records = LoopRecords(
-        commands=np.array(commands), injection=np.array(injections), lines=inject.lines, period=trial.log.dt
-    )
+        lines, period = inject.lines, log.dt
+    records = LoopRecords(commands=np.array(commands), injection=np.array(injections), lines=lines, period=period)
     scores = judges.loops(records)
     trace = None if traces == "none" else encode_trace(scores.arrays)
     return replace(results[0], metrics=scores.metrics, timing=study_timing(results), trace=trace)

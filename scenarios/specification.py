@@ -99,9 +99,9 @@ class RunSpecification:
             raise UnknownName("study", self.study, STUDIES)
         if self.twins or self.protocol == CARRIED:
             raise InvalidInput(f"study {self.study!r} with twins or carried repetitions", "run", "give it a run table")
-        if self.study == LOOP_RESPONSE and (self.trajectory != HOLD or self.schedule.events or self.laps < 2):
+        if self.study == LOOP_RESPONSE and (self.trajectory != HOLD or self.schedule.events or self.laps < 3):
             came = f"study {self.study!r} on {self.trajectory!r}"
-            raise InvalidInput(came, "run", f"it needs the motion {HOLD!r}, a constant load and at least 2 laps")
+            raise InvalidInput(came, "run", f"it needs the motion {HOLD!r}, a constant load and at least 3 laps")
 
     def links(self) -> tuple["RunSpecification", ...]:
         """Return the repetitions that this run consists of, each as ``fresh`` would have it and with its draws."""

@@ -19,6 +19,9 @@ SPEED_FAILURE = 20.0
 ERROR_FAILURE = 1.0
 """A joint error norm above this ends a run [rad]."""
 
+SHORT_DELAY, LINE_ROWS = 4, 128
+"""Delays from the first on share delay lines of a multiple of the second, in ticks."""
+
 
 def frame_dtype(n: int) -> np.dtype:
     """Return the record of one tick of an n-joint arm; also a row of the log.
@@ -40,6 +43,8 @@ def target_dtype(n: int) -> np.dtype:
 
 def memory_dtype(n: int, *, delay: int, latency: int) -> np.dtype:
     """Return the record of what sensors and drives remember between ticks."""
+    # A kernel is compiled for each length of a line: all long delays share one.
+    rows = delay + 1 if delay < SHORT_DELAY else -(-(delay + 1) // LINE_ROWS) * LINE_ROWS
     return np.dtype(
         [
             ("position", "f8", n),
@@ -47,7 +52,7 @@ def memory_dtype(n: int, *, delay: int, latency: int) -> np.dtype:
             ("wrench", "f8", 6),
             ("previous", "f8", n),
             ("pending", "f8", (latency + 1, n)),
-            ("delayed", "f8", (delay + 1, n)),
+            ("delayed", "f8", (rows, n)),
             ("torque", "f8", n),
             ("clipped", "i8", (2, n)),
             ("overspeed", "i8", n),
@@ -59,7 +64,7 @@ def constants_dtype(n: int) -> np.dtype:
     """Return the record of a run's constants."""
     scalars = [(name, "f8") for name in ("period", "quantum", "velocity_gain", "wrench_gain", "torque_gain")]
     joints = [(name, "f8", n) for name in ("effort", "rate_step", "velocity_limit", "lower", "upper")]
-    return np.dtype([*scalars, *joints, ("wrench_bias", "f8", 6)])
+    return np.dtype([*scalars, ("delay", "i8"), *joints, ("wrench_bias", "f8", 6)])
 
 
 def run_constants(
@@ -76,7 +81,7 @@ def run_constants(
         bias: The run's force sensor bias, shape (6,) [N, N m].
     """
     constants = np.zeros(1, constants_dtype(effort.shape[0]))
-    constants["period"] = tier.period
+    constants["period"], constants["delay"] = tier.period, tier.delay_ticks
     constants["quantum"] = tier.encoder_quantum
     constants["velocity_gain"] = _filter_gain(tier.velocity_filter_hz, tier.period)
     constants["wrench_gain"] = _filter_gain(tier.wrench_filter_hz, tier.period)
@@ -173,7 +178,8 @@ def end_tick(frame, target, log, memory, constants, k):  # type: ignore[no-untyp
     for i in range(n):
         m.pending[late, i] = f.command[i]
     limit_torque(m.pending[early], m.previous, c.effort, c.rate_step, f.limited, m.clipped)
-    row, due = k % m.delayed.shape[0], (k + 1) % m.delayed.shape[0]
+    rows = m.delayed.shape[0]
+    row, due = k % rows, (k + rows - c.delay) % rows
     for i in range(n):
         m.previous[i] = f.limited[i]
         m.delayed[row, i] = f.limited[i]

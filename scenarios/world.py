@@ -90,7 +90,7 @@ class World:
         noise = self.tier.wrench_noise * sensor.standard_normal((self.times.size, 6)) if noisy else np.zeros((1, 6))
         robot = self.robot
         constants = run_constants(
-            self.tier,
+            self.plant.tier,
             effort=robot.effort,
             velocity=robot.velocity,
             lower=robot.lower,

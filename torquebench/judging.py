@@ -25,7 +25,7 @@ def objection(log: RunLog) -> str:
         log: The run.
     """
     # The lead-in counts: an offset at the start is worst there.
-    if not success(log.q, log.q_ref, log.lower, log.upper) == 1.0:
+    if success(log.q, log.q_ref, log.lower, log.upper) != 1.0:
         return "a joint passed a limit or the joint error norm reached 1 rad"
     scored = log.t >= -0.5 * log.dt
     error = tcp_position_error_mean(log.p[scored], log.p_ref[scored])
@@ -33,23 +33,25 @@ def objection(log: RunLog) -> str:
 
 
 def judge_loops(records: LoopRecords) -> LoopScores:
-    """Return the margins of every joint's loop and of all together; the last period counts.
+    """Return the margins of every joint's loop and of all together; every period after the first counts.
 
     Args:
         records: What was measured.
     """
-    closed = closed_loop(records.commands, records.injection, records.lines)
+    # The first period holds the transient of the injection's beginning.
+    periods = closed_loop(records.commands[:, 1:], records.injection, records.lines)
+    closed = periods.mean(axis=0)
     omega = 2.0 * np.pi * records.lines / (records.injection.shape[1] * records.period)
-    loops, spread = broken_loops(closed[-1]), scatter(closed)
+    loops, spread = broken_loops(closed), scatter(periods)
     count = len(omega)
     metrics = {f"loop {j + 1}": _single(loops[:, j], omega, float(spread[j])) for j in range(loops.shape[1])}
-    together = multiloop_disk_margin(closed[-1], omega)
+    together = multiloop_disk_margin(closed, omega)
     metrics["loops"] = {
         "multiloop_disk_margin": _entry(together.alpha, "times", count),
         "multiloop_disk_gain_margin": _entry(together.gain, "times", count),
         "multiloop_disk_phase_margin": _entry(together.phase, "deg", count),
     }
-    arrays = {"omega": omega, "closed_real": closed.real, "closed_imag": closed.imag}
+    arrays = {"omega": omega, "closed_real": periods.real, "closed_imag": periods.imag}
     return LoopScores(metrics=metrics, arrays=arrays)
 
 

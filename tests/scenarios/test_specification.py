@@ -75,6 +75,9 @@ def test_numbers_read_back_to_the_bit(value):
         {"latency": 1},
         {"campaign": 2},
         {"repetition": 1},
+        {"perturbation": Perturbation(payload=0.1)},
+        {"twins": False, "study": "load_margin"},
+        {"twins": False, "study": "delay_margin"},
         {"protocol": "carried", "twins": False},
         {"protocol": "carried", "twins": False, "repetitions": 2},
     ],
@@ -88,7 +91,13 @@ def test_whatever_changes_the_result_changes_the_address(change):
 def test_every_field_is_in_the_text():
     """A field added later must not be forgotten in the address."""
     fields = {field.name for field in dataclasses.fields(RunSpecification)}
-    assert set(json.loads(specification().as_json())) == fields | {"schema"}
+    full = specification(twins=False, perturbation=Perturbation(delay=1), study="load_margin")
+    assert set(json.loads(full.as_json())) == fields | {"schema"}
+
+
+def test_an_ordinary_run_has_no_word_of_perturbations_and_studies():
+    """Its text, and with it its address, is what it was before there were any."""
+    assert not {"perturbation", "study"} & set(json.loads(specification().as_json()))
 
 
 def test_the_code_that_runs_is_part_of_the_address():
