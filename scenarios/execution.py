@@ -78,8 +78,9 @@ def _study(
         (trial,) = _Cast(probed, plug_ins, nothing, prepare).trials("run", probed.schedule)
         return trial
 
-    study = loop_study if specification.study == LOOP_RESPONSE else margin_study
-    return study(specification, play, judges, traces)
+    if specification.study == LOOP_RESPONSE:
+        return loop_study(specification, play, judges, keep=traces != "none")
+    return margin_study(specification, play, judges)
 
 
 def rehearse(specification: RunSpecification, *, plug_ins: Mapping[str, object] | None = None) -> None:
@@ -103,7 +104,7 @@ def rehearse(specification: RunSpecification, *, plug_ins: Mapping[str, object] 
 
 @dataclass(frozen=True)
 class _Cast:
-    """What the load histories of one specification share."""
+    """What the load histories of one specification share; ``prepare`` changes each world before its run."""
 
     specification: RunSpecification
     plug_ins: Mapping[str, object]
@@ -137,7 +138,7 @@ class _Cast:
                     continue
                 is_last = len(links) > 1 and link is links[-1]
                 keeping = replace(self.keeping, snapshot=is_last)
-                trial = _one(link, role, history, controller, keeping, begun, self.prepare)
+                trial = self._one(link, role, history, controller, keeping, begun)
                 ended = None if trial.result.status == OK else trial.result
                 yield trial
                 begun = time.perf_counter()
@@ -146,27 +147,26 @@ class _Cast:
             with suppress(Exception):
                 hook(controller, "close")()  # type: ignore[operator]
 
-
-def _one(
-    link: RunSpecification,
-    role: str,
-    history: LoadSchedule,
-    controller: object,
-    keeping: Keeping,
-    begun: float,
-    prepare: Prepare | None,
-) -> Trial:
-    """Run one repetition in a world of its own."""
-    world = World(link, history)
-    try:
-        if prepare is not None:
-            prepare(world)
-        trial = run_trial(world, controller, role=role, keeping=keeping)
-    finally:
-        world.plant.close()
-    timing = trial.result.timing
-    stamped = {**timing, "total_s": time.perf_counter() - begun} if timing else {}
-    return replace(trial, result=replace(trial.result, timing=stamped))
+    def _one(
+        self,
+        link: RunSpecification,
+        role: str,
+        history: LoadSchedule,
+        controller: object,
+        keeping: Keeping,
+        begun: float,
+    ) -> Trial:
+        """Run one repetition in a world of its own."""
+        world = World(link, history)
+        try:
+            if self.prepare is not None:
+                self.prepare(world)
+            trial = run_trial(world, controller, role=role, keeping=keeping)
+        finally:
+            world.plant.close()
+        timing = trial.result.timing
+        stamped = {**timing, "total_s": time.perf_counter() - begun} if timing else {}
+        return replace(trial, result=replace(trial.result, timing=stamped))
 
 
 def _not_run(ended: RunResult, link: RunSpecification) -> RunResult:

@@ -13,14 +13,14 @@ from .trace import encode_trace
 from .world import World, cached_robot
 
 
-def loop_study(specification: RunSpecification, play: Play, judges: Judges, traces: str) -> RunResult:
+def loop_study(specification: RunSpecification, play: Play, judges: Judges, *, keep: bool) -> RunResult:
     """Return the row of the loops of all joints; the first run that fails ends it.
 
     Args:
         specification: The study, on the motion at rest.
         play: Runs one specification.
         judges: Judge the records.
-        traces: ``none`` keeps nothing, anything else the measured response.
+        keep: Whether the measured response is kept as a trace.
     """
     robot = cached_robot(specification.robot, specification.tool)
     run = replace(specification, study="")
@@ -40,8 +40,13 @@ def loop_study(specification: RunSpecification, play: Play, judges: Judges, trac
         lines, period = inject.lines, log.dt
     records = LoopRecords(commands=np.array(commands), injection=np.array(injections), lines=lines, period=period)
     scores = judges.loops(records)
-    trace = None if traces == "none" else encode_trace(scores.arrays)
-    return replace(results[0], metrics=scores.metrics, timing=study_timing(results), trace=trace)
+    return replace(
+        results[0],
+        metrics=scores.metrics,
+        timing=study_timing(results),
+        provenance={**results[0].provenance, "amplitudes": (SHARE * robot.effort).tolist(), "lines": len(lines)},
+        trace=encode_trace(scores.arrays) if keep else None,
+    )
 
 
 class _Injection:

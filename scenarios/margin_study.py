@@ -15,14 +15,15 @@ WINDOW = "margin"
 """Window of a margin in its row."""
 
 
-def margin_study(specification: RunSpecification, play: Play, judges: Judges, traces: str) -> RunResult:
+def margin_study(specification: RunSpecification, play: Play, judges: Judges) -> RunResult:
     """Return the row of a margin: its value, and every run that led to it with its outcome.
+
+    It keeps no trace: any of its runs can be run again.
 
     Args:
         specification: The study.
         play: Runs one specification.
         judges: Judge the runs.
-        traces: Unused: a margin keeps no trace, any of its runs can be run again.
     """
     margin = MARGINS[specification.study]
     results: list[RunResult] = []

@@ -33,11 +33,12 @@ class Perturbation:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the ranges; an offset may be negative, everything else may not."""
+        """Check the ranges and give equal numbers one spelling; an offset may be negative, everything else may not."""
         for field in fields(self):
             value = getattr(self, field.name)
             if not math.isfinite(value) or (value < 0 and field.name != "offset"):
                 raise InvalidInput(f"{field.name} = {value:g}", "perturbation", "expected a finite number, 0 or more")
+            object.__setattr__(self, field.name, int(value) if field.name == "delay" else float(value))
 
     def as_table(self) -> dict[str, float]:
         """Return what is not nominal by name; empty for the nominal world."""

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from .cells import controller_column
 from .findings import Findings
-from .numbers import fixed, unit_on_page
+from .numbers import AT_LEAST, fixed, significant, unit_on_page
 from .robustness import LOOPS, Entry, Robustness, joint_windows
-from .table import Cell, Column, Reading, Table, columns_to_rows, number_cells, word_cell
+from .table import Cell, Column, Table, columns_to_rows, word_cell
 
 MARGINS = {
     "load_margin": ("Load", "kg", "extra mass in the container's place, in steps of 0.1 kg"),
@@ -24,6 +24,12 @@ MARGINS = {
     ),
 }
 """Header, unit on the page and note of each margin."""
+
+DECIMALS = {
+    "load_margin": 1, "delay_margin": 0, "gain_margin_up": 0, "gain_margin_down": 0, "friction_margin": 1,
+    "init_offset_margin": 0,
+}  # fmt: skip
+"""Digits after the point that a margin's grid has, on the page; two significant ones for what has none here."""
 
 LOOP_COLUMNS = {
     "phase_margin": ("Phase", "deg", "One loop broken", "smallest over the gain crossovers"),
@@ -58,7 +64,7 @@ def margin_table(findings: Findings, robustness: Robustness) -> Table:
     shown = [name for name in MARGINS if any(name in entries for entries in found.values())]
     heads = [_head(findings, label) for label, _ in found]
     motions = [Cell(trajectory) for _, trajectory in found]
-    cells = [_margin_cells([entries.get(name) for entries in found.values()]) for name in shown]
+    cells = [[_margin_cell(name, entries.get(name)) for entries in found.values()] for name in shown]
     columns = [Column(text, unit, note=note) for text, unit, note in (MARGINS[name] for name in shown)]
     return Table(
         id=f"{findings.world.id}-margins",
@@ -135,25 +141,25 @@ def _head(findings: Findings, label: str) -> Cell:
     return Cell(label, href=href, kind="head")
 
 
-def _margin_cells(entries: Sequence[Entry | None]) -> list[Cell]:
-    """Return one margin's column: bounds marked, a response that recovers further out flagged."""
-    unit = next((str(entry["unit"]) for entry in entries if entry is not None), "")
-    cells = number_cells([_reading(entry) for entry in entries], unit)
-    return [
-        replace(cell, note="\N{BLACK FLAG} recovers further out", kind="open")
-        if entry is not None and entry.get("monotone") is False
-        else cell
-        for cell, entry in zip(cells, entries, strict=True)
-    ]
-
-
-def _reading(entry: Entry | None) -> Reading:
-    value = entry.get("value") if entry is not None else None
+def _margin_cell(name: str, entry: Entry | None) -> Cell:
+    """Return a margin with the digits of its grid: bounds marked, a response that recovers further out flagged."""
     if entry is None:
-        return Reading(None, "missing")
-    if not isinstance(value, int | float) or not math.isfinite(value):
-        return Reading(None, str(entry["status"]))
-    return Reading(float(value), str(entry["status"]))
+        return word_cell("missing")
+    value = _number(entry)
+    if value is None:
+        return word_cell(str(entry["status"]))
+    shown = unit_on_page(str(entry["unit"])).of(value)
+    decimals = DECIMALS.get(name)
+    text = significant(shown, 2) if decimals is None else fixed(shown, decimals)
+    bound = f"{AT_LEAST} " if entry["status"] == "censored" else ""
+    flag = "\N{BLACK FLAG} recovers further out" if entry.get("monotone") is False else ""
+    return Cell(f"{bound}{text}", shown, note=flag, kind="open" if flag else "")
+
+
+def _number(entry: Entry) -> float | None:
+    """Return a stored number, None if there is none or it is not finite."""
+    value = entry.get("value")
+    return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
 
 
 def _loop_columns() -> list[Column]:
@@ -168,12 +174,12 @@ def _loop_cells(name: str, entries: Sequence[Entry | None]) -> list[Cell]:
         if entry is None:
             cells.append(word_cell("missing"))
             continue
-        value = entry.get("value")
-        if not isinstance(value, int | float) or not math.isfinite(value):
+        value = _number(entry)
+        if value is None:
             cells.append(Cell("\N{INFINITY}" if name != "crossover" else "none", kind="missing"))
             continue
         noisy = name == "scatter" and value > NOISY
-        shown = unit.of(float(value))
+        shown = unit.of(value)
         text = fixed(shown, 1 if abs(shown) >= 10.0 else 2)
         cells.append(Cell(f"\N{BLACK FLAG} {text}" if noisy else text, shown, kind="bad" if noisy else ""))
     return cells
@@ -183,16 +189,16 @@ def _worst(windows: Mapping[str, Mapping[str, Entry]], name: str) -> tuple[Entry
     """Return the entry of the joint that is worst in a figure, and which that is."""
     found: list[tuple[float, str]] = []
     for window in joint_windows(windows):
-        value = windows[window].get(name, {}).get("value")
-        if isinstance(value, int | float) and math.isfinite(value):
-            found.append((float(value), window))
+        value = _number(windows[window].get(name, {}))
+        if value is not None:
+            found.append((value, window))
     if not found:
         first = joint_windows(windows)[:1]
         return (windows[first[0]].get(name) if first else None), ""
     if name in ("scatter", "crossover"):
-        value, window = max(found)
+        _, window = max(found)
     elif name == "gain_margin":
-        value, window = min(found, key=lambda pair: abs(math.log(pair[0])))
+        _, window = min(found, key=lambda pair: abs(math.log(pair[0])))
     else:
-        value, window = min(found)
+        _, window = min(found)
     return windows[window][name], f"joint {window.split()[-1]}"

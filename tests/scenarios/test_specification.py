@@ -8,6 +8,7 @@ import sys
 import pytest
 from torquebench.controllers import InvalidInput
 from torquebench.scenarios.loads import LoadSchedule, Payload
+from torquebench.scenarios.perturbation import Perturbation
 from torquebench.scenarios.specification import RunSpecification, canonical_json
 
 STEP = LoadSchedule(
