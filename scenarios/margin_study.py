@@ -36,7 +36,7 @@ def margin_study(specification: RunSpecification, play: Play, judges: Judges) ->
             objection = judges.objection(trial.log)
         results.append(trial.result)
         objections.append(objection)
-        return not objection
+        return trial.result.status == OK and not objection
 
     found = search(passes, len(margin.grid) - 1)
     nominal = results[0]

@@ -85,9 +85,8 @@ def worst_loop_table(findings: Findings, robustness: Robustness) -> Table:
         for name, column in zip(LOOP_COLUMNS, cells, strict=True)
     ]
     together = [robustness.loops[label][LOOPS].get("multiloop_disk_margin") for label in labels]
-    columns = [*_loop_columns(), Column("All loops", "1", group="Disk", note=TOGETHER_NOTE)]
-    place = list(LOOP_COLUMNS).index("disk_phase_margin") + 1
-    columns.insert(place, columns.pop())
+    columns, place = _loop_columns(), list(LOOP_COLUMNS).index("disk_phase_margin") + 1
+    columns.insert(place, Column("All loops", "1", group="Disk", note=TOGETHER_NOTE))
     named.insert(place, _loop_cells("multiloop_disk_margin", together))
     return Table(
         id=f"{findings.world.id}-loops",
@@ -147,7 +146,7 @@ def _margin_cell(name: str, entry: Entry | None) -> Cell:
         return word_cell("missing")
     value = _number(entry)
     if value is None:
-        return word_cell(str(entry["status"]))
+        return replace(word_cell(str(entry["status"])), note=str(entry.get("reason", "")))
     shown = unit_on_page(str(entry["unit"])).of(value)
     decimals = DECIMALS.get(name)
     text = significant(shown, 2) if decimals is None else fixed(shown, decimals)

@@ -19,9 +19,9 @@ def study_of(shelf, controller, study, trajectory="T1"):
     return replace(shelf.specification(controller, "none", trajectory), schedule=SAND, study=study)
 
 
-def put_margin(shelf, controller, study, value, unit, status="ok", trajectory="T1", monotone=True):
+def put_margin(shelf, controller, study, value, unit, status="ok", trajectory="T1", monotone=True, reason=""):
     """Store a margin."""
-    entry = {"value": value, "unit": unit, "status": status, "n": 9}
+    entry = {"value": value, "unit": unit, "status": status, "n": 9} | ({"reason": reason} if reason else {})
     provenance = {"monotone": monotone, "resolution": "0.1 kg", "probes": [{**PROBE, "failed_at": 0.5}]}
     result = RunResult(role="run", status="ok", metrics={"margin": {study: entry}}, provenance=provenance)
     shelf.put(study_of(shelf, controller, study, trajectory), result)
@@ -94,6 +94,13 @@ def test_a_bound_is_marked_and_a_response_that_recovers_is_flagged(measured):
     rows = table_of(measured.report(), "w1-margins")
     assert rows[0][4] == "≥ 40.0"
     assert rows[2][3] == "1 ⚑ recovers further out"
+
+
+def test_a_margin_that_has_no_meaning_says_why(measured):
+    """Nominal failures and drives without friction are no margins of 0."""
+    why = "the tier has no friction to scale"
+    put_margin(measured, "computed_torque", "friction_margin", math.nan, "times", "undefined", "T6", reason=why)
+    assert table_of(measured.report(), "w1-margins")[1][4] == f"∅ undefined {why}"
 
 
 def test_the_worst_joint_stands_in_front(measured):
