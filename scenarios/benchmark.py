@@ -47,6 +47,17 @@ class EventTable(LoadTable):
     at: Number
 
 
+class PerturbationTable(Record):
+    """What is wrong with the world, see :class:`~.perturbation.Perturbation`."""
+
+    payload: Number = 0.0
+    delay: int = 0
+    gain: Number = 1.0
+    velocity_noise: Number = 0.0
+    friction: Number = 1.0
+    offset: Number = 0.0
+
+
 class Sweep(Record):
     """What a run table may say; what it leaves out, the benchmark says.
 
@@ -62,6 +73,8 @@ class Sweep(Record):
         lead_in: Duration of the start from rest, 0 for an arm at rest under a moving reference [s].
         settings: Controller name to keyword arguments, beside those of the benchmark.
         protocol: ``"fresh"``, or ``"carried"``: the repetitions of a cell follow one another on one controller.
+        perturbation: What is wrong with the world that nobody is told.
+        studies: Margins and loop responses to measure in place of single runs, see :data:`~.margins.STUDIES`.
     """
 
     controllers: Names | None = None
@@ -75,6 +88,8 @@ class Sweep(Record):
     lead_in: Number | None = None
     settings: Settings | None = None
     protocol: Protocol | None = None
+    perturbation: PerturbationTable | None = None
+    studies: Names | None = None
 
 
 class Benchmark(Sweep):

@@ -9,11 +9,12 @@ from datetime import UTC, datetime
 from ..controllers import InvalidInput
 from .benchmark import Benchmark
 from .digest import run_digest
-from .execution import Evaluate, EvaluateEvents
+from .execution import Evaluate, EvaluateEvents, Judges
 from .expansion import Expansion, expand
 from .gate import require, run_gate
 from .latency import MEASURED
 from .machine import commit, machine, machine_label, versions
+from .margins import LOOP_RESPONSE
 from .result import FAILED, OK, RunResult
 from .specification import RunSpecification, twin_schedules
 from .store import Store
@@ -22,6 +23,9 @@ from .world import cached_plan, cached_robot
 
 UNMEASURED_SPEED = 20.0
 """Assumed times real time per process for a controller that has no run in the store yet."""
+
+USUAL_PROBES = 8
+"""Whole runs that the search of a margin usually takes; more are tried, but many of them end early."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,6 +138,7 @@ def run_campaign(
     *,
     evaluate: Evaluate,
     evaluate_events: EvaluateEvents | None = None,
+    judges: Judges | None = None,
     workers: int = 1,
     traces: str = "plot",
 ) -> Iterator[Finished]:
@@ -144,6 +149,7 @@ def run_campaign(
         store: Where results go, open for writing.
         evaluate: Scores a log; picklable.
         evaluate_events: Compares a run with its twins; picklable; None leaves events out.
+        judges: Judge the runs of studies; picklable; None where there are no studies.
         workers: Number of processes.
         traces: Which traces are kept, see :func:`~.execution.execute`.
 
@@ -156,7 +162,13 @@ def run_campaign(
     if not campaign.pending:
         return
     store.put_campaign(datetime.now(UTC).isoformat(timespec="seconds"), _record(campaign, workers))
-    duty = Duty(evaluate=evaluate, evaluate_events=evaluate_events, traces=traces, plug_ins=campaign.plug_ins)
+    duty = Duty(
+        evaluate=evaluate,
+        evaluate_events=evaluate_events,
+        judges=judges,
+        traces=traces,
+        plug_ins=campaign.plug_ins,
+    )
     runs = campaign.runs
     for job, results in run_in_workers(runs, duty, workers=workers):
         specification = runs[job]
@@ -187,10 +199,12 @@ def _record(campaign: Campaign, workers: int) -> dict[str, object]:
 
 
 def simulated_time(specification: RunSpecification) -> float:
-    """Return the simulated time of a run with its twins or repetitions [s]."""
+    """Return the simulated time of a run with its twins or repetitions [s]; of a margin, what one usually takes."""
     robot = cached_robot(specification.robot, specification.tool)
     plan = cached_plan(robot, specification.trajectory, specification.lead_in)
     histories = 1 + (len(twin_schedules(specification.schedule)) if specification.twins else 0)
+    if specification.study:
+        histories = robot.n if specification.study == LOOP_RESPONSE else USUAL_PROBES
     return specification.repetitions * histories * (specification.lead_in + specification.laps * plan.period)
 
 

@@ -13,6 +13,9 @@ from .world import cached_robot
 
 LIBRARIES = ("numpy", "scipy", "numba", "pin", "pybullet", "control", "proxsuite", "casadi")
 SHARED_ROOMS = ("controllers", "scenarios", "evaluation.metrics")
+STUDY_ROOMS = ("evaluation.loops", "judging")
+"""Modules that judge the runs of a study."""
+
 PACKAGE = __name__.split(".")[0]
 
 
@@ -37,6 +40,7 @@ def run_digest(specification: RunSpecification, plug_ins: Mapping[str, object] |
     body = (repr(robot.container), repr(robot.gripper_mass))
     own = "" if specification.controller in (plug_ins or {}) else specification.controller
     rooms = (*SHARED_ROOMS, *_room_of("controllers", own), *_room_of("knowledge", specification.knowledge))
+    rooms = (*rooms, *(STUDY_ROOMS if specification.study else ()))
     outside = (*outside, *_files_in(specification.settings.values()))
     parts = (*(room_digest(room) for room in rooms), *library_versions().values(), *outside, *arm, *body)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
@@ -52,11 +56,13 @@ def room_digest(room: str) -> str:
     """Return the SHA-256 of the files of a room that can change a result; benchmark files only choose runs.
 
     Args:
-        room: Name of the room below the package, dots for subpackages.
+        room: Name of the room, or of a module, below the package, dots for subpackages.
     """
     specification = importlib.util.find_spec(f"{PACKAGE}.{room}")
     folders = specification.submodule_search_locations if specification is not None else None
     digest = hashlib.sha256()
+    if specification is not None and folders is None and specification.origin:
+        digest.update(Path(specification.origin).read_bytes())
     for folder in folders or ():
         for file in sorted(_sources(Path(folder))):
             digest.update(file.relative_to(folder).as_posix().encode())

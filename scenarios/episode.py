@@ -16,6 +16,7 @@ import numpy as np
 
 from ..controllers import KnowledgeProvider, Observation, PayloadTruth, Reference, Target, hook
 from ..controllers.kernels import bind
+from .disturbance import Disturbance
 from .plants.plant import Plant
 from .tick import (
     DIVERGED,
@@ -77,6 +78,8 @@ class Episode:
         noise: Force sensor noise, shape (ticks, 6), or (1, 6) of zeros [N, N m].
         loads: Tick to the slots' switches, for every change after the first.
         truth: The payload as ``oracle`` may see it; follows the plant.
+        untold: Parameters of the load that the truth leaves out, shape (10,).
+        disturbance: What disturbs sensors and commands, None for nothing.
     """
 
     controller: ControllerLike
@@ -90,6 +93,8 @@ class Episode:
     noise: np.ndarray
     loads: Mapping[int, Sequence[bool]]
     truth: PayloadTruth
+    untold: np.ndarray
+    disturbance: Disturbance | None = None
 
 
 @dataclass(kw_only=True)
@@ -152,6 +157,8 @@ def _ticks(episode: Episode, frame: np.ndarray, target: np.ndarray, outcome: Out
     state, command, torque = (plant.q, plant.dq, plant.wrench), frame["command"][0], frame["torque"][0]
     begin = bind(begin_tick, frame, target, table, memory, constants, state, noise, tick=True)
     end = bind(end_tick, frame, target, log, memory, constants, tick=True)
+    if episode.disturbance is not None:
+        begin, end = episode.disturbance.on_sensors(begin, frame), episode.disturbance.on_command(end, frame, log)
     call_time, now = frame["call_time"], frame["time"]
     refresh, compute, step = provider.refresh, controller.compute, plant.step
     clock, shape, loads = time.perf_counter_ns, command.shape, episode.loads
@@ -190,7 +197,7 @@ def _ticks(episode: Episode, frame: np.ndarray, target: np.ndarray, outcome: Out
 def change_load(episode: Episode, active: Sequence[bool]) -> None:
     """Switch the plant's load and let the oracle see it."""
     episode.plant.set_load(active)
-    np.copyto(episode.truth.parameters, episode.plant.payload)
+    np.subtract(episode.plant.payload, episode.untold, out=episode.truth.parameters)
     episode.truth.revision += 1
 
 

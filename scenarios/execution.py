@@ -8,12 +8,16 @@ from dataclasses import dataclass, replace
 from ..controllers import InvalidInput, PlugInFailure, UnknownName, build_controller, discovery, hook
 from .events import EvaluateEvents, judge_events
 from .loads import LoadSchedule
+from .loop_study import loop_study
+from .margin_study import margin_study
+from .margins import LOOP_RESPONSE
 from .result import FAILED, OK, RunResult, Scores
 from .specification import RunSpecification, twin_schedules
+from .studies import Judges, Prepare
 from .trial import Evaluate, Keeping, Trial, run_trial
 from .world import World
 
-__all__ = ["TRACE_KINDS", "Evaluate", "EvaluateEvents", "execute", "rehearse"]
+__all__ = ["TRACE_KINDS", "Evaluate", "EvaluateEvents", "Judges", "execute", "rehearse"]
 
 TRACE_KINDS = ("plot", "full", "none")
 REHEARSED = 20
@@ -25,15 +29,19 @@ def execute(
     *,
     evaluate: Evaluate,
     evaluate_events: EvaluateEvents | None = None,
+    judges: Judges | None = None,
     traces: str = "plot",
     plug_ins: Mapping[str, object] | None = None,
 ) -> tuple[RunResult, ...]:
     """Run one specification: a row for the run itself and for each twin, or for each repetition of its chain.
 
+    A study is one row, whatever runs it takes.
+
     Args:
         specification: What to run.
         evaluate: Scores a log at full rate.
         evaluate_events: Compares a run with its twins at full rate; None leaves events out.
+        judges: Judge the runs of a study; a study needs them.
         traces: ``plot`` keeps every tenth tick, ``full`` every tick and the controller's events, ``none`` nothing.
         plug_ins: Python objects behind controller names that no other door knows.
 
@@ -41,8 +49,10 @@ def execute(
         The results; whatever goes wrong inside a run is a result with a status, not an exception.
 
     Raises:
-        TorquebenchError: If robot, trajectory, load, plant or tier cannot be had.
+        TorquebenchError: If robot, trajectory, load, plant or tier cannot be had, or a study has no judges.
     """
+    if specification.study:
+        return (_study(specification, judges, traces, plug_ins or {}),)
     cast = _Cast(specification, plug_ins or {}, Keeping(evaluate=evaluate, traces=traces))
     run = tuple(cast.trials("run", specification.schedule))
     if not specification.twins:
@@ -54,6 +64,23 @@ def execute(
     if evaluate_events is not None:
         results["run"] = judge_events(specification, trials, evaluate_events)
     return tuple(results.values())
+
+
+def _study(
+    specification: RunSpecification, judges: Judges | None, traces: str, plug_ins: Mapping[str, object]
+) -> RunResult:
+    """Return the row of a study; each of its runs has a controller of its own."""
+    if judges is None:
+        raise InvalidInput(f"study {specification.study!r}", "execute", "give the judges of a study")
+    nothing = Keeping(evaluate=lambda _: Scores(metrics={}), traces="none")
+
+    def play(probed: RunSpecification, prepare: Prepare | None = None) -> Trial:
+        (trial,) = _Cast(probed, plug_ins, nothing, prepare).trials("run", probed.schedule)
+        return trial
+
+    if specification.study == LOOP_RESPONSE:
+        return loop_study(specification, play, judges, keep=traces != "none")
+    return margin_study(specification, play, judges)
 
 
 def rehearse(specification: RunSpecification, *, plug_ins: Mapping[str, object] | None = None) -> None:
@@ -77,11 +104,12 @@ def rehearse(specification: RunSpecification, *, plug_ins: Mapping[str, object] 
 
 @dataclass(frozen=True)
 class _Cast:
-    """What the load histories of one specification share."""
+    """What the load histories of one specification share; ``prepare`` changes each world before its run."""
 
     specification: RunSpecification
     plug_ins: Mapping[str, object]
     keeping: Keeping
+    prepare: Prepare | None = None
 
     def controller(self) -> object:
         """Return a new controller."""
@@ -109,7 +137,8 @@ class _Cast:
                     yield Trial(result=_not_run(ended, link))
                     continue
                 is_last = len(links) > 1 and link is links[-1]
-                trial = _one(link, role, history, controller, replace(self.keeping, snapshot=is_last), begun)
+                keeping = replace(self.keeping, snapshot=is_last)
+                trial = self._one(link, role, history, controller, keeping, begun)
                 ended = None if trial.result.status == OK else trial.result
                 yield trial
                 begun = time.perf_counter()
@@ -118,19 +147,26 @@ class _Cast:
             with suppress(Exception):
                 hook(controller, "close")()  # type: ignore[operator]
 
-
-def _one(
-    link: RunSpecification, role: str, history: LoadSchedule, controller: object, keeping: Keeping, begun: float
-) -> Trial:
-    """Run one repetition in a world of its own."""
-    world = World(link, history)
-    try:
-        trial = run_trial(world, controller, role=role, keeping=keeping)
-    finally:
-        world.plant.close()
-    timing = trial.result.timing
-    stamped = {**timing, "total_s": time.perf_counter() - begun} if timing else {}
-    return replace(trial, result=replace(trial.result, timing=stamped))
+    def _one(
+        self,
+        link: RunSpecification,
+        role: str,
+        history: LoadSchedule,
+        controller: object,
+        keeping: Keeping,
+        begun: float,
+    ) -> Trial:
+        """Run one repetition in a world of its own."""
+        world = World(link, history)
+        try:
+            if self.prepare is not None:
+                self.prepare(world)
+            trial = run_trial(world, controller, role=role, keeping=keeping)
+        finally:
+            world.plant.close()
+        timing = trial.result.timing
+        stamped = {**timing, "total_s": time.perf_counter() - begun} if timing else {}
+        return replace(trial, result=replace(trial.result, timing=stamped))
 
 
 def _not_run(ended: RunResult, link: RunSpecification) -> RunResult:

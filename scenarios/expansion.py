@@ -8,6 +8,7 @@ from functools import partial
 from ..controllers import STANDARD_LEVELS, InvalidInput, UnknownName, build_controller, discovery, knowledge_levels
 from .benchmark import Benchmark, Sweep, schedules
 from .loads import LoadSchedule
+from .perturbation import Perturbation
 from .robots import Robot
 from .specification import CARRIED, FRESH, RunSpecification
 from .tiers import build_tier
@@ -140,6 +141,7 @@ def _cells(world: RunFactory, sweep: Sweep, robot: Robot) -> list[RunFactory]:
     for trajectory in sweep.trajectories or ():
         cached_plan(robot, trajectory, lead_in)
     times = sweep.repetitions or 1
+    perturbation = Perturbation(**(sweep.perturbation.model_dump() if sweep.perturbation else {}))
     repeated: list[dict[str, int]] = [{"repetition": repetition} for repetition in range(times)]
     return [
         partial(
@@ -150,8 +152,11 @@ def _cells(world: RunFactory, sweep: Sweep, robot: Robot) -> list[RunFactory]:
             laps=sweep.laps or 3,
             lead_in=lead_in,
             protocol=sweep.protocol or FRESH,
+            perturbation=perturbation,
+            study=study,
             **repetition,
         )
+        for study in sweep.studies or ("",)
         for trajectory in sweep.trajectories or ()
         for history in histories
         for repetition in ([{"repetitions": times}] if sweep.protocol == CARRIED else repeated)

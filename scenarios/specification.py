@@ -5,9 +5,11 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from ..controllers import InvalidInput
+from ..controllers import InvalidInput, UnknownName
 from .latency import Latency, check_latency
 from .loads import LoadSchedule, Payload
+from .margins import HOLD, LOOP_RESPONSE, STUDIES
+from .perturbation import NOMINAL, Perturbation
 
 SCHEMA = 1
 
@@ -39,6 +41,9 @@ class RunSpecification:
         repetition: Number of the repetition, from 0.
         protocol: ``"fresh"`` or ``"carried"``, see :data:`PROTOCOLS`.
         repetitions: Length of the chain of repetitions of ``carried``, 1 in ``fresh``.
+        perturbation: What is wrong with the world that nobody is told.
+        study: What is measured by many runs in place of this one: a margin or the loop responses, one of
+            :data:`~.margins.STUDIES`; empty for a run.
     """
 
     controller: str
@@ -59,6 +64,8 @@ class RunSpecification:
     repetition: int = 0
     protocol: str = FRESH
     repetitions: int = 1
+    perturbation: Perturbation = NOMINAL
+    study: str = ""
 
     def __post_init__(self) -> None:
         """Check what needs neither robot nor plug-in."""
@@ -73,6 +80,7 @@ class RunSpecification:
             raise InvalidInput(f"lead_in = {self.lead_in:g} s", "run", "between 0 and 60 s")
         check_latency(self.latency, where="run")
         self._check_protocol()
+        self._check_study()
 
     def _check_protocol(self) -> None:
         """Check that a chain is a chain: it starts at repetition 0 and has no twins."""
@@ -85,6 +93,18 @@ class RunSpecification:
         if self.protocol == CARRIED and self.twins:
             # A twin has to start from what the run had learnt, but in a chain of its own it learns something else.
             raise InvalidInput("twins in protocol 'carried'", "run", "judge events in protocol 'fresh'")
+
+    def _check_study(self) -> None:
+        """Check that a study is known and made of single runs; loops are measured at rest."""
+        if not self.study:
+            return
+        if self.study not in STUDIES:
+            raise UnknownName("study", self.study, STUDIES)
+        if self.twins or self.protocol == CARRIED:
+            raise InvalidInput(f"study {self.study!r} with twins or carried repetitions", "run", "give it a run table")
+        if self.study == LOOP_RESPONSE and (self.trajectory != HOLD or self.schedule.events or self.laps < 3):
+            came = f"study {self.study!r} on {self.trajectory!r}"
+            raise InvalidInput(came, "run", f"it needs the motion {HOLD!r}, a constant load and at least 3 laps")
 
     def links(self) -> tuple["RunSpecification", ...]:
         """Return the repetitions that this run consists of, each as ``fresh`` would have it and with its draws."""
@@ -102,7 +122,7 @@ class RunSpecification:
 
     def as_json(self) -> str:
         """Return the canonical text: sorted keys, shortest floats that read back to the same bits."""
-        table = {
+        table: dict[str, object] = {
             "schema": SCHEMA,
             "controller": self.controller,
             "settings": dict(self.settings),
@@ -122,8 +142,14 @@ class RunSpecification:
             "protocol": self.protocol,
             "repetitions": self.repetitions,
         }
-        # Named only where it is done: the addresses of all other runs stay what they were.
-        return canonical_json(table | ({"tare": True} if self.tare else {}))
+        # Written only where they say something: an ordinary run keeps its text, and with it its address.
+        if self.tare:
+            table["tare"] = True
+        if self.perturbation != NOMINAL:
+            table["perturbation"] = self.perturbation.as_table()
+        if self.study:
+            table["study"] = self.study
+        return canonical_json(table)
 
     @classmethod
     def from_json(cls, text: str) -> "RunSpecification":
@@ -131,7 +157,8 @@ class RunSpecification:
         table = json.loads(text)
         del table["schema"]
         entries = tuple((time, Payload(mass=mass, material=material)) for time, mass, material in table.pop("schedule"))
-        return cls(schedule=LoadSchedule(entries=entries), **table)
+        perturbation = Perturbation(**table.pop("perturbation", {}))
+        return cls(schedule=LoadSchedule(entries=entries), perturbation=perturbation, **table)
 
     def address(self, digest: str) -> str:
         """Return the SHA-256 of the specification together with the digest of code and data that it uses."""

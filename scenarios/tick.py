@@ -20,6 +20,9 @@ SPEED_FAILURE = 20.0
 ERROR_FAILURE = 1.0
 """A joint error norm above this ends a run [rad]."""
 
+SHORT_DELAY, LINE_ROWS = 4, 128
+"""Delays from the first on share delay lines of a multiple of the second, in ticks."""
+
 
 def frame_dtype(n: int) -> np.dtype:
     """Return the record of one tick of an n-joint arm; also a row of the log.
@@ -41,6 +44,8 @@ def target_dtype(n: int) -> np.dtype:
 
 def memory_dtype(n: int, *, delay: int) -> np.dtype:
     """Return the record of what sensors and drives remember between ticks."""
+    # A kernel is compiled for each length of a line: all long delays share one.
+    rows = delay + 1 if delay < SHORT_DELAY else -(-(delay + 1) // LINE_ROWS) * LINE_ROWS
     return np.dtype(
         [
             ("position", "f8", n),
@@ -49,7 +54,7 @@ def memory_dtype(n: int, *, delay: int) -> np.dtype:
             ("previous", "f8", n),
             ("acting", "i8"),
             ("asked", "f8", n),
-            ("delayed", "f8", (delay + 1, n)),
+            ("delayed", "f8", (rows, n)),
             ("torque", "f8", n),
             ("clipped", "i8", (2, n)),
             ("overspeed", "i8", n),
@@ -62,7 +67,7 @@ def constants_dtype(n: int) -> np.dtype:
     names = ("period", "quantum", "velocity_gain", "wrench_gain", "torque_gain", "latency", "call_ticks")
     scalars = [(name, "f8") for name in names]
     joints = [(name, "f8", n) for name in ("effort", "rate_step", "velocity_limit", "lower", "upper")]
-    return np.dtype([*scalars, *joints, ("wrench_bias", "f8", 6)])
+    return np.dtype([*scalars, ("delay", "i8"), *joints, ("wrench_bias", "f8", 6)])
 
 
 def run_constants(
@@ -87,7 +92,7 @@ def run_constants(
         latency: Ticks by which every command is late, before the limiter, or ``"measured"``.
     """
     constants = np.zeros(1, constants_dtype(effort.shape[0]))
-    constants["period"] = tier.period
+    constants["period"], constants["delay"] = tier.period, tier.delay_ticks
     constants["quantum"] = tier.encoder_quantum
     constants["velocity_gain"] = _filter_gain(tier.velocity_filter_hz, tier.period)
     constants["wrench_gain"] = _filter_gain(tier.wrench_filter_hz, tier.period)
@@ -185,7 +190,8 @@ def end_tick(frame, target, log, memory, constants, k):  # type: ignore[no-untyp
             return NOT_FINITE
     _take_newest(f, log, m, c, k)
     limit_torque(m.asked, m.previous, c.effort, c.rate_step, f.limited, m.clipped)
-    row, due = k % m.delayed.shape[0], (k + 1) % m.delayed.shape[0]
+    rows = m.delayed.shape[0]
+    row, due = k % rows, (k + rows - c.delay) % rows
     for i in range(n):
         m.previous[i] = f.limited[i]
         m.delayed[row, i] = f.limited[i]

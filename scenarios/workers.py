@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
-from .execution import Evaluate, EvaluateEvents, execute, rehearse
+from .execution import Evaluate, EvaluateEvents, Judges, execute, rehearse
 from .result import FAILED, RunResult
 from .specification import RunSpecification
 
@@ -33,12 +33,14 @@ class Duty:
         traces: Which traces are kept, see :func:`~.execution.execute`.
         plug_ins: Python objects behind controller names that no other door knows.
         evaluate_events: Compares a run with its twins; None leaves events out.
+        judges: Judge the runs of studies; None where there are no studies.
     """
 
     evaluate: Evaluate
     traces: str
     plug_ins: Mapping[str, object]
     evaluate_events: EvaluateEvents | None = None
+    judges: Judges | None = None
 
 
 IDLE, REHEARSING = -1, -2
@@ -176,6 +178,7 @@ def _guarded(specification: RunSpecification, duty: Duty) -> tuple[RunResult, ..
             specification,
             evaluate=duty.evaluate,
             evaluate_events=duty.evaluate_events,
+            judges=duty.judges,
             traces=duty.traces,
             plug_ins=duty.plug_ins,
         )

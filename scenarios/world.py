@@ -5,9 +5,11 @@ from functools import lru_cache
 import numpy as np
 
 from ..controllers import InvalidInput, PayloadTruth, Task, discovery
+from .disturbance import Disturbance
 from .episode import Episode, Outcome
 from .loads import LoadSchedule
 from .log import RunLog, quaternions
+from .margins import HOLD
 from .plants.plant import Plant
 from .robots import Robot, load_robot
 from .specification import RunSpecification
@@ -30,6 +32,7 @@ class World:
         table: The plan of every tick, shape (ticks,).
         loads: Tick to the slots' switches, for every change after the first.
         truth: The payload beyond the gripper, as ``oracle`` may see it.
+        injection: Torque added to the command of every tick, shape (ticks, n), None for none [N m].
     """
 
     def __init__(self, specification: RunSpecification, schedule: LoadSchedule) -> None:
@@ -42,9 +45,12 @@ class World:
         self.robot = cached_robot(specification.robot, specification.tool)
         self.tier: Tier = build_tier(specification.tier, self.robot.tiers, self.robot.rotor_inertia)
         self.plan = cached_plan(self.robot, specification.trajectory, specification.lead_in)
+        perturbation = specification.perturbation
+        untold = perturbation.bodies(self.robot)
         slots, switches = schedule.slots(self.robot)
         plant = discovery.load("plants", specification.plant)
-        self.plant: Plant = plant(self.robot, self.tier, slots)  # type: ignore[operator]
+        drives = perturbation.drives(self.tier)
+        self.plant: Plant = plant(self.robot, drives, (*slots, *untold))  # type: ignore[operator]
         period, lead_in = self.tier.period, specification.lead_in
         early = [when for when in schedule.events if when <= -lead_in]
         if early:
@@ -53,13 +59,17 @@ class World:
         ticks = round((lead_in + specification.laps * self.plan.period) / period)
         self.times = np.round(np.arange(ticks) * period - lead_in, 9)
         self.table = self.plan.rows(self.times)
-        self.loads = {round((when + lead_in) / period): active for when, active in switches[1:]}
+        carried = [(when, (*active, *(True for _ in untold))) for when, active in switches]
+        self.loads = {round((when + lead_in) / period): active for when, active in carried[1:]}
+        start = self.table["q"][0] + perturbation.offset / np.sqrt(self.robot.n)
         # A plant is made with nothing on the gripper.
-        self.plant.reset(self.table["q"][0], np.zeros(self.robot.n))
+        self.plant.reset(start, np.zeros(self.robot.n))
         self._unloaded = self.plant.wrench.copy()
-        self.plant.set_load(switches[0][1])
-        self.plant.reset(self.table["q"][0], np.zeros(self.robot.n))
-        self.truth = PayloadTruth(parameters=self.plant.payload.copy())
+        self.plant.set_load(carried[0][1])
+        self.plant.reset(start, np.zeros(self.robot.n))
+        self._untold = sum((body.parameters for body in untold), np.zeros(10))
+        self.truth = PayloadTruth(parameters=self.plant.payload - self._untold)
+        self.injection: np.ndarray | None = None
         self._model = self.robot.model(rotor_inertia=self.tier.rotor_inertia)
 
     def task(self) -> Task:
@@ -84,7 +94,7 @@ class World:
         noise = self.tier.wrench_noise * sensor.standard_normal((self.times.size, 6)) if noisy else np.zeros((1, 6))
         robot = self.robot
         constants = run_constants(
-            self.tier,
+            self.plant.tier,
             effort=robot.effort,
             velocity=robot.velocity,
             lower=robot.lower,
@@ -106,6 +116,8 @@ class World:
             noise=noise,
             loads=self.loads,
             truth=self.truth,
+            untold=self._untold,
+            disturbance=self._disturbance(),
         )
 
     def _tare(self, constants: np.ndarray) -> np.ndarray:
@@ -117,6 +129,19 @@ class World:
             known=gripper_wrench(self._model, self.plant.q),
             constants=constants,
             noise=self.tier.wrench_noise * stream.standard_normal((TARE_TICKS, 6)),
+        )
+
+    def _disturbance(self) -> Disturbance | None:
+        """Return what disturbs sensors and commands, None where nothing does; the noise has a stream of its own."""
+        perturbation = self.specification.perturbation
+        if perturbation.velocity_noise == 0.0 and perturbation.gain == 1.0 and self.injection is None:
+            return None
+        shape = (self.times.size, self.robot.n)
+        noise = scenario_stream("velocity noise", self.specification).standard_normal(shape)
+        return Disturbance(
+            velocity=perturbation.velocity_noise * noise,
+            gain=perturbation.gain,
+            torque=np.zeros(shape) if self.injection is None else self.injection,
         )
 
     def run_log(self, outcome: Outcome) -> RunLog:
@@ -165,5 +190,7 @@ def cached_robot(name: str, tool: str) -> Robot:
 
 @lru_cache(maxsize=64)
 def cached_plan(robot: Robot, trajectory: str, lead_in: float) -> Plan:
-    """Return a plan, built once a process."""
+    """Return a plan, built once a process; of the motion at rest it is the robot's home."""
+    if trajectory == HOLD:
+        return Plan.hold(robot, lead_in=lead_in)
     return Plan.build(robot, load_path(trajectory), lead_in=lead_in)

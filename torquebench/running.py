@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .controllers import InvalidInput
+from .judging import JUDGES
 from .reporting import report
 from .scenarios.benchmark import load_benchmark
 from .scenarios.campaign import Campaign, Finished, plan_campaign, predicted_time, run_campaign
@@ -107,7 +108,13 @@ def run(
             watch(campaign, None)
         simulated = 0.0
         for finished in run_campaign(
-            campaign, store, evaluate=score, evaluate_events=score_events, workers=processes, traces=traces
+            campaign,
+            store,
+            evaluate=score,
+            evaluate_events=score_events,
+            judges=JUDGES,
+            workers=processes,
+            traces=traces,
         ):
             simulated += finished.simulated
             if watch is not None:

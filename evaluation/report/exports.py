@@ -33,13 +33,14 @@ SPECIFICATION = (
     "campaign",
     "repetition",
     "twins",
+    "study",
 )
 """Fields of the specification that stand in runs.csv as they are."""
 
 
 def runs_csv(findings: Sequence[Findings]) -> str:
-    """Return one row for each run and twin: specification, status, every metric in its stored unit, wall times."""
-    runs = [(found, run) for found in findings for run in (*found.world.runs, *found.world.twins)]
+    """Return one row for each run, twin and study: specification, status, metrics in stored units, wall times."""
+    runs = [(found, run) for found in findings for run in (*found.world.runs, *found.world.twins, *found.world.studies)]
     metrics = _metric_columns([run for _, run in runs])
     timings = sorted({name for _, run in runs for name in run.stored.result.timing})
     header = [
@@ -66,6 +67,22 @@ def runs_csv(findings: Sequence[Findings]) -> str:
         for found, run in runs
     ]
     return _csv(header, rows)
+
+
+def probes_csv(findings: Sequence[Findings]) -> str:
+    """Return one row for each run behind a margin; empty without margins."""
+    header = ["world", "label", "trajectory", "load", "study", "address", "perturbation", "passed", "status", "cause"]
+    rows = [
+        [
+            found.world.id, run.row.controller, run.row.trajectory, run.load, run.stored.specification.study,
+            run.stored.address, json.dumps(probe["perturbation"], sort_keys=True), probe["passed"], probe["status"],
+            probe["cause"], probe["reason"], "" if probe["failed_at"] is None else probe["failed_at"],
+        ]
+        for found in findings
+        for run in found.world.studies
+        for probe in run.stored.result.provenance.get("probes", ())  # type: ignore[attr-defined]
+    ]  # fmt: skip
+    return _csv([*header, "reason", "failed_at [s]"], rows) if rows else ""
 
 
 def comparisons_csv(findings: Sequence[Findings]) -> str:
@@ -108,6 +125,7 @@ def _world(found: Findings) -> dict[str, object]:
         "reference_present": world.has_reference,
         "runs": len(world.runs),
         "twins": len(world.twins),
+        "studies": len(world.studies),
         "left_out": world.doubles,
         "sentences": {
             "failures": failure_sentence(found),

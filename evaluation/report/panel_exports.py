@@ -43,6 +43,16 @@ def panel_figures(panels: Panels) -> dict[str, object]:
             "spike_rate": {label: _spreads(layers) for label, layers in modules.spikes.items()},
             "operations_per_s": {label: _spreads(counts) for label, counts in modules.operations.items()},
         }
+    if panels.robustness is not None:
+        robustness = panels.robustness.robustness
+        found["robustness"] = {
+            "margins": [
+                {"controller": label, "trajectory": trajectory, "margins": dict(margins)}
+                for (label, trajectory), margins in robustness.margins.items()
+            ],
+            "loops": {label: dict(windows) for label, windows in robustness.loops.items()},
+            "without": len(robustness.without),
+        }
     return found
 
 

@@ -14,6 +14,8 @@ from .modules import Modules, modules_of
 from .resilience import SERIES, Event, Resilience, resilience_of
 from .resilience_figures import MOST_CHARTS, curve_charts, zoom_charts
 from .resilience_tables import event_table, peak_table, rate_table, unjudged_table
+from .robustness import Robustness, robustness_of
+from .robustness_tables import loop_table, margin_table, without_table, worst_loop_table
 from .table import Table
 
 
@@ -62,17 +64,38 @@ class ModulesPanel:
 
 
 @dataclass(frozen=True, kw_only=True)
+class RobustnessPanel:
+    """The margins of a world on the page.
+
+    Attributes:
+        robustness: What the tables show.
+        margins: Table of margins by bisection.
+        worst: Table of loop margins, each of its worst joint.
+        joints: Table of loop margins, joint by joint.
+        without: Table of what could not be measured.
+    """
+
+    robustness: Robustness
+    margins: Table
+    worst: Table
+    joints: Table
+    without: Table
+
+
+@dataclass(frozen=True, kw_only=True)
 class Panels:
     """What a world's section has besides the comparison.
 
     Attributes:
         resilience: Its load events; None if its load never changes.
         modules: What its controllers' modules did; None if none shows any.
+        robustness: Its margins; None if nobody measured any.
         laps: Errors by lap.
     """
 
     resilience: ResiliencePanel | None = None
     modules: ModulesPanel | None = None
+    robustness: RobustnessPanel | None = None
     laps: Sequence[Chart] = ()
 
     @property
@@ -104,7 +127,12 @@ def panels_of(findings: Findings, store: Store) -> Panels:
         findings: The world's findings.
         store: The open store that it comes from.
     """
-    return Panels(resilience=_resilience(findings, store), modules=_modules(findings, store), laps=lap_charts(findings))
+    return Panels(
+        resilience=_resilience(findings, store),
+        modules=_modules(findings, store),
+        robustness=_robustness(findings),
+        laps=lap_charts(findings),
+    )
 
 
 def _resilience(findings: Findings, store: Store) -> ResiliencePanel | None:
@@ -141,6 +169,19 @@ def _notes(found: Resilience, *, judged: bool) -> list[str]:
     if len(found.curves) > MOST_CHARTS:
         notes.append(f"Charts of the first {MOST_CHARTS} controllers; the tables have all.")
     return notes
+
+
+def _robustness(findings: Findings) -> RobustnessPanel | None:
+    found = robustness_of(findings)
+    if found is None:
+        return None
+    return RobustnessPanel(
+        robustness=found,
+        margins=margin_table(findings, found),
+        worst=worst_loop_table(findings, found),
+        joints=loop_table(findings, found),
+        without=without_table(findings, found),
+    )
 
 
 def _modules(findings: Findings, store: Store) -> ModulesPanel | None:

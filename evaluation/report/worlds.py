@@ -50,6 +50,7 @@ class World:
         facts: What all of its runs share, by words for people.
         runs: Its runs.
         twins: Runs that exist only to judge an event of another run.
+        studies: Margins and loop responses, each made of many runs.
         reference: Label of the declared reference controller, empty if none was declared.
         doubles: Rows left out because another row has the same specification, written by other code.
     """
@@ -58,6 +59,7 @@ class World:
     facts: Mapping[str, str]
     runs: tuple[Run, ...]
     twins: tuple[Run, ...]
+    studies: tuple[Run, ...]
     reference: str
     doubles: int
 
@@ -127,6 +129,7 @@ def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
         ("Protocol", run.protocol),
         ("Latency", _latency(row)),
         ("Force sensor", "tared before the run" if run.tare else "not tared"),
+        ("Perturbation", run.perturbation.in_words()),
         ("Seed", str(run.campaign)),
     )
 
@@ -149,12 +152,13 @@ def _world(
     labels, groups = _labels(stored), _groups(stored)
     runs = [Run(_row(row, labels[row.address], groups[row.specification.trajectory]), row) for row in stored]
     runs.sort(key=lambda run: run.row.key)
-    compared = tuple(run for run in runs if run.stored.result.role == RUN)
+    single = [run for run in runs if not run.stored.specification.study]
     world = World(
         id=name,
         facts=facts,
-        runs=compared,
-        twins=tuple(run for run in runs if run.stored.result.role != RUN),
+        runs=tuple(run for run in single if run.stored.result.role == RUN),
+        twins=tuple(run for run in single if run.stored.result.role != RUN),
+        studies=tuple(run for run in runs if run.stored.specification.study),
         reference="",
         doubles=doubles,
     )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...controllers import InvalidInput
 from ...scenarios.store import Store
-from .exports import comparisons_csv, runs_csv, summary_json
+from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
 from .findings import find_all
 from .page import render
 from .panels import panels_of
@@ -66,6 +66,8 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
         "summary.json": summary_json(findings, panels, campaigns),
         "index.html": page,
     }
+    if probes := probes_csv(findings):
+        texts["probes.csv"] = probes
     folder = Path(store_folder) / FOLDER if out is None else Path(out)
     try:
         (folder / FIGURES).mkdir(parents=True, exist_ok=True)

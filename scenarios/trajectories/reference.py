@@ -13,6 +13,7 @@ import numba
 import numpy as np
 
 from ...controllers import Preview
+from ..margins import HOLD
 from ..robots import Robot
 from ..tick import target_dtype
 from .kinematics import spectral_derivative
@@ -21,6 +22,9 @@ from .paths import Path
 
 STEP = 1e-3
 """Time between the samples of a lap [s]."""
+
+HOLD_PERIOD = 4.0
+"""Duration of what counts as a lap of the motion at rest [s]."""
 
 
 @dataclass(eq=False)
@@ -76,6 +80,29 @@ class Plan:
             pose=path.pose(times),
             twist=path.twist(times),
             acceleration=path.acceleration(times),
+        )
+
+    @classmethod
+    def hold(cls, robot: Robot, *, lead_in: float) -> "Plan":
+        """Return the motion of an arm that rests at its home, for as long as it takes.
+
+        Args:
+            robot: The arm.
+            lead_in: Duration before time 0 [s].
+        """
+        count, n = round(HOLD_PERIOD / STEP), robot.n
+        pose = robot.model().forward_kinematics(robot.home)
+        return cls(
+            name=HOLD,
+            group=HOLD,
+            period=HOLD_PERIOD,
+            lead_in=lead_in,
+            q=np.tile(robot.home, (count, 1)),
+            dq=np.zeros((count, n)),
+            ddq=np.zeros((count, n)),
+            pose=np.tile(pose, (count, 1, 1)),
+            twist=np.zeros((count, 6)),
+            acceleration=np.zeros((count, 6)),
         )
 
     def __post_init__(self) -> None:

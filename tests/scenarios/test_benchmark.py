@@ -4,6 +4,8 @@ import pytest
 from torquebench.controllers import InvalidInput, UnknownName
 from torquebench.scenarios.benchmark import benchmark_names, load_benchmark, schedules
 from torquebench.scenarios.expansion import expand
+from torquebench.scenarios.margins import HOLD, LOOP_RESPONSE, MARGINS
+from torquebench.scenarios.perturbation import Perturbation
 from torquebench.scenarios.world import cached_plan, cached_robot
 
 SMALL = """
@@ -245,3 +247,39 @@ def test_a_change_that_cannot_be_made_says_so(change):
     """--set is typed by hand."""
     with pytest.raises(InvalidInput):
         expand(load_benchmark("quick", changes=[change]))
+
+
+def test_a_run_table_may_perturb_its_world(written):
+    """Whole numbers and decimals alike; the other tables stay nominal."""
+    text = SMALL + "[[run]]\n[[run]]\nperturbation = { payload = 1, delay = 3 }\n"
+    runs = expand(load_benchmark(written(text))).specifications
+    assert {run.perturbation for run in runs} == {Perturbation(), Perturbation(payload=1.0, delay=3)}
+    with pytest.raises(InvalidInput, match="perturbation"):
+        load_benchmark(written(SMALL + "[[run]]\nperturbation = { paylod = 1 }\n"))
+    with pytest.raises(InvalidInput, match="gain = -1"):
+        expand(load_benchmark(written(SMALL + "[[run]]\nperturbation = { gain = -1 }\n")))
+
+
+def test_a_study_is_one_run_of_each_cell(written):
+    """A margin search is one row, whatever it takes; its runs are not the benchmark's."""
+    text = SMALL + 'studies = ["load_margin", "delay_margin"]\n'
+    runs = expand(load_benchmark(written(text))).specifications
+    assert len(runs) == 16
+    assert {run.study for run in runs} == {"load_margin", "delay_margin"}
+    with pytest.raises(UnknownName, match="did you mean 'load_margin'"):
+        expand(load_benchmark(written(SMALL + 'studies = ["laod_margin"]\n')))
+    with pytest.raises(InvalidInput, match="needs the motion 'hold'"):
+        expand(load_benchmark(written(SMALL + 'studies = ["loop_response"]\n')))
+
+
+def test_robustness_measures_every_margin_and_the_loops_of_every_controller():
+    """The null control knows the load, everyone else nothing; the nominal runs stand beside."""
+    runs = expand(load_benchmark("robustness")).specifications
+    studies = {}
+    for run in runs:
+        studies.setdefault(run.label, []).append((run.study, run.trajectory))
+    expected = [("", "T1"), ("", "T6"), (LOOP_RESPONSE, HOLD)]
+    expected += [(margin, path) for margin in MARGINS for path in ("T1", "T6")]
+    assert {label: sorted(found) for label, found in studies.items()} == dict.fromkeys(studies, sorted(expected))
+    assert {run.controller for run in runs if run.knowledge == "oracle"} == {"pd_oracle"}
+    assert {"cbmc_v3 / none", "computed_torque / none", "flexiv_factory / none"} < set(studies)

@@ -2,6 +2,7 @@
 
 import pytest
 from torquebench.controllers import InvalidInput
+from torquebench.judging import JUDGES
 from torquebench.scenarios import campaign as campaigns
 from torquebench.scenarios import gate
 from torquebench.scenarios.benchmark import load_benchmark
@@ -73,11 +74,11 @@ def benchmark_of(tmp_path):
     return build
 
 
-def run(benchmark, folder, *, workers=1, **options):
+def run(benchmark, folder, *, workers=1, judges=None, **options):
     """Run what is missing and return how many runs that were."""
     with Store.write(folder) as store:
         campaign = plan_campaign(benchmark, store.statuses(), **options)
-        return len(list(run_campaign(campaign, store, evaluate=score, workers=workers)))
+        return len(list(run_campaign(campaign, store, evaluate=score, judges=judges, workers=workers)))
 
 
 def metrics(folder):
@@ -155,6 +156,19 @@ def test_a_chain_is_one_transaction_with_a_row_for_each_repetition(benchmark_of,
     assert {rows["Learning", repetition].status for repetition in range(3)} == {"ok"}
     assert {rows["LateDeat", repetition].cause for repetition in range(3)} == {"crash"}
     assert run(benchmark, tmp_path / "runs") == 0
+
+
+def test_a_study_is_one_transaction_with_one_row(benchmark_of, tmp_path):
+    """Whatever runs it took: a margin in its unit, its probes in the provenance, and nothing to do the second time."""
+    benchmark = benchmark_of(trajectories=["T6"], loads=[{"mass": 1.5}], studies=["init_offset_margin"])
+    assert run(benchmark, tmp_path / "runs", judges=JUDGES) == 1
+    assert run(benchmark, tmp_path / "runs", judges=JUDGES) == 0
+    with Store.read(tmp_path / "runs") as store:
+        (row,) = store.runs()
+    entry = row.result.metrics["margin"]["init_offset_margin"]
+    assert (row.result.role, row.result.status, entry["unit"]) == ("run", "ok", "rad")
+    assert entry["value"] > 0.1
+    assert entry["n"] == len(row.result.provenance["probes"]) > 5
 
 
 def test_a_plant_that_fails_its_gate_runs_nothing(benchmark_of, tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from torquebench.scenarios import digest as place
-from torquebench.scenarios.digest import LIBRARIES, SHARED_ROOMS, library_versions, room_digest, run_digest
+from torquebench.scenarios.digest import LIBRARIES, SHARED_ROOMS, STUDY_ROOMS, library_versions, room_digest, run_digest
 from torquebench.scenarios.loads import LoadSchedule, Payload
 from torquebench.scenarios.specification import RunSpecification
 
@@ -175,7 +175,7 @@ def test_an_object_from_code_is_known_by_the_file_of_its_class(run_of):
 def test_the_rooms_of_every_run_are_there():
     """A room that was renamed would silently drop out of every address."""
     nothing = hashlib.sha256().hexdigest()
-    digests = [room_digest(room) for room in (*SHARED_ROOMS, "baselines", "cbmc")]
+    digests = [room_digest(room) for room in (*SHARED_ROOMS, *STUDY_ROOMS, "baselines", "cbmc")]
     assert nothing not in digests
     assert len(set(digests)) == len(digests)
 
@@ -188,6 +188,16 @@ def test_the_code_of_a_knowledge_provider_enters_the_address_of_the_runs_that_it
     after = [run_digest(run_at(level)) for level in ("none", "ft_estimate")]
     assert before[0] == after[0]
     assert before[1] != after[1]
+
+
+def test_the_code_that_judges_a_study_enters_its_address_and_no_other(monkeypatch):
+    """Another rule of failure is another margin; a run knows nothing of it."""
+    run = run_at("none")
+    studies = [run, replace(run, study="load_margin")]
+    before = [run_digest(item) for item in studies]
+    real = place.room_digest
+    monkeypatch.setattr(place, "room_digest", lambda room: "changed" if room == "judging" else real(room))
+    assert [run_digest(item) == old for item, old in zip(studies, before, strict=True)] == [True, False]
 
 
 def run_at(level):

@@ -8,6 +8,7 @@ import sys
 import pytest
 from torquebench.controllers import InvalidInput
 from torquebench.scenarios.loads import LoadSchedule, Payload
+from torquebench.scenarios.perturbation import Perturbation
 from torquebench.scenarios.specification import RunSpecification, canonical_json
 
 STEP = LoadSchedule(
@@ -77,6 +78,9 @@ def test_numbers_read_back_to_the_bit(value):
         {"tare": True},
         {"campaign": 2},
         {"repetition": 1},
+        {"perturbation": Perturbation(payload=0.1)},
+        {"twins": False, "study": "load_margin"},
+        {"twins": False, "study": "delay_margin"},
         {"protocol": "carried", "twins": False},
         {"protocol": "carried", "twins": False, "repetitions": 2},
     ],
@@ -90,14 +94,15 @@ def test_whatever_changes_the_result_changes_the_address(change):
 def test_every_field_is_in_the_text():
     """A field added later must not be forgotten in the address."""
     fields = {field.name for field in dataclasses.fields(RunSpecification)}
-    assert set(json.loads(specification(tare=True).as_json())) == fields | {"schema"}
+    full = specification(twins=False, tare=True, perturbation=Perturbation(delay=1), study="load_margin")
+    assert set(json.loads(full.as_json())) == fields | {"schema"}
+    assert RunSpecification.from_json(full.as_json()) == full
 
 
-def test_a_run_without_a_tare_does_not_name_it():
-    """The addresses of all runs before there was one stay valid."""
-    assert set(json.loads(specification(tare=True).as_json())) - set(json.loads(specification().as_json())) == {"tare"}
+def test_an_ordinary_run_has_no_word_of_tares_perturbations_and_studies():
+    """Its text, and with it its address, is what it was before there were any."""
+    assert not {"tare", "perturbation", "study"} & set(json.loads(specification().as_json()))
     assert RunSpecification.from_json(specification().as_json()) == specification()
-    assert RunSpecification.from_json(specification(tare=True).as_json()).tare
 
 
 def test_the_code_that_runs_is_part_of_the_address():
