@@ -118,6 +118,10 @@ def _world(found: Findings) -> dict[str, object]:
         "comparisons": [
             _comparison(found, comparison) for metric in COMPARED for comparison in found.comparisons[metric].values()
         ],
+        "motion_sets": {
+            name: [_comparison(found, comparison) for family in families.values() for comparison in family.values()]
+            for name, families in found.by_set.items()
+        },
         "against_next": [_comparison(found, pair) for lead in found.leads if (pair := lead.against_next) is not None],
         "failed": [
             {

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from . import drawing, fairness, headline, pairs, records, run_tables, split_tables
+from . import drawing, fairness, headline, motion_set_tables, pairs, records, run_tables, split_tables
 from .charts import Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
@@ -34,6 +34,7 @@ class Section:
         masses: Tables of errors by mass.
         shape: Table of shape ranges.
         laps: Tables of errors by lap.
+        motion_sets: Tables of old and new motions apart; empty unless both ran.
         failed: Table of failed and refused runs.
         knowledge: Table of knowledge levels.
         tuning: Table of tuning budgets.
@@ -57,6 +58,7 @@ class Section:
     masses: Sequence[Table]
     shape: Table
     laps: Sequence[Table]
+    motion_sets: Sequence[Table]
     failed: Table
     knowledge: Table
     tuning: Table
@@ -144,6 +146,7 @@ def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Secti
         masses=[split_tables.mass_table(found, metric) for metric in HEADLINES],
         shape=split_tables.shape_table(found),
         laps=laps,
+        motion_sets=[motion_set_tables.motion_set_table(found, metric) for metric in HEADLINES if found.by_set],
         failed=run_tables.failure_table(found),
         knowledge=fairness.knowledge_table(found),
         tuning=fairness.tuning_table(found),
