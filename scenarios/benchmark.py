@@ -83,6 +83,7 @@ class Benchmark(Sweep):
         tier: Name of the tier.
         latency: Ticks by which every command is late.
         seed: Seed of the campaign.
+        draws: Whether every repetition draws an arm, a load and a start of its own; never in tier ``ideal``.
         run: Run tables; none means one that says nothing.
     """
 
@@ -97,6 +98,7 @@ class Benchmark(Sweep):
     tier: str = DEFAULT_TIER
     latency: int = 0
     seed: Annotated[int, Field(ge=0)] = 1
+    draws: bool = False
     lead_in: Number = 1.0
     settings: Annotated[Settings, Field(default_factory=dict)]
     protocol: Protocol = "fresh"

@@ -128,6 +128,7 @@ def _world(benchmark: Benchmark, robot: Robot, plant: str) -> RunFactory:
         tier=benchmark.tier,
         latency=benchmark.latency,
         campaign=benchmark.seed,
+        draws=benchmark.draws,
     )
 
 

@@ -10,6 +10,9 @@ from .loads import LoadSchedule, Payload
 
 SCHEMA = 1
 
+IDEAL = "ideal"
+"""The tier that never draws anything."""
+
 FRESH, CARRIED = "fresh", "carried"
 PROTOCOLS = (FRESH, CARRIED)
 """``fresh``: every run starts anew. ``carried``: repetitions follow one another on one controller that learns on."""
@@ -37,6 +40,7 @@ class RunSpecification:
         repetition: Number of the repetition, from 0.
         protocol: ``"fresh"`` or ``"carried"``, see :data:`PROTOCOLS`.
         repetitions: Length of the chain of repetitions of ``carried``, 1 in ``fresh``.
+        draws: Whether every repetition draws an arm, a load and a start of its own, see :mod:`~.draws`.
     """
 
     controller: str
@@ -56,6 +60,7 @@ class RunSpecification:
     repetition: int = 0
     protocol: str = FRESH
     repetitions: int = 1
+    draws: bool = False
 
     def __post_init__(self) -> None:
         """Check what needs neither robot nor plug-in."""
@@ -69,6 +74,9 @@ class RunSpecification:
                 raise InvalidInput(f"{name} = {value}", "run", f"at least {least}")
         if not 0.0 <= self.lead_in < 60.0:
             raise InvalidInput(f"lead_in = {self.lead_in:g} s", "run", "between 0 and 60 s")
+        if self.draws and self.tier == IDEAL:
+            valid = "it is the nominal arm with exact sensors; choose another tier or draws = false"
+            raise InvalidInput("draws = true in tier 'ideal'", "run", valid)
         self._check_protocol()
 
     def _check_protocol(self) -> None:
@@ -119,6 +127,8 @@ class RunSpecification:
             "protocol": self.protocol,
             "repetitions": self.repetitions,
         }
+        if self.draws:
+            table["draws"] = True
         return canonical_json(table)
 
     @classmethod

@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from ..controllers import InvalidInput, PayloadTruth, Task, discovery
+from .draws import draw
 from .episode import Episode, Outcome
 from .loads import LoadSchedule
 from .log import RunLog, quaternions
@@ -21,12 +22,14 @@ class World:
     """Arm, plant, plan and load of one run.
 
     Attributes:
-        robot: The arm.
-        tier: Constants of drives and sensors.
+        robot: The nominal arm, which controllers know.
+        tier: Nominal constants of drives and sensors.
+        draws: How arm, friction, load and start of the plant differ from the nominal.
         plant: The simulated arm at the plan's first tick, at rest, with the first load.
         plan: What the arm should do.
         times: Time of every tick, shape (ticks,) [s].
         table: The plan of every tick, shape (ticks,).
+        initial_q: Joint positions at the first tick, shape (n,) [rad].
         loads: Tick to the slots' switches, for every change after the first.
         truth: The payload beyond the gripper, as ``oracle`` may see it.
     """
@@ -41,9 +44,11 @@ class World:
         self.robot = cached_robot(specification.robot, specification.tool)
         self.tier: Tier = build_tier(specification.tier, self.robot.tiers, self.robot.rotor_inertia)
         self.plan = cached_plan(self.robot, specification.trajectory, specification.lead_in)
+        self.draws = draw(specification, self.robot.n)
         slots, switches = schedule.slots(self.robot)
+        carried = tuple(self.draws.carried(body) for body in slots)
         plant = discovery.load("plants", specification.plant)
-        self.plant: Plant = plant(self.robot, self.tier, slots)  # type: ignore[operator]
+        self.plant: Plant = plant(self.draws.arm(self.robot), self.draws.drives(self.tier), carried)  # type: ignore[operator]
         period, lead_in = self.tier.period, specification.lead_in
         early = [when for when in schedule.events if when <= -lead_in]
         if early:
@@ -54,7 +59,8 @@ class World:
         self.table = self.plan.rows(self.times)
         self.loads = {round((when + lead_in) / period): active for when, active in switches[1:]}
         self.plant.set_load(switches[0][1])
-        self.plant.reset(self.table["q"][0], np.zeros(self.robot.n))
+        self.initial_q = self.table["q"][0] + self.draws.initial_offset
+        self.plant.reset(self.initial_q, np.zeros(self.robot.n))
         self.truth = PayloadTruth(parameters=self.plant.payload.copy())
         self._model = self.robot.model(rotor_inertia=self.tier.rotor_inertia)
 
@@ -66,7 +72,7 @@ class World:
             actuation=self.tier.actuation(self.robot.effort),
             period=self.tier.period,
             duration=self.specification.laps * self.plan.period,
-            initial_q=self.table["q"][0].copy(),
+            initial_q=self.initial_q.copy(),
             seed=controller_seed(self.specification),
             knowledge=self.specification.knowledge,
             repetition=self.specification.repetition,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from . import drawing, fairness, headline, motion_set_tables, pairs, records, run_tables, split_tables
+from . import drawing, draws, fairness, headline, motion_set_tables, pairs, records, run_tables, split_tables
 from .charts import Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
@@ -42,6 +42,8 @@ class Section:
         comparisons: Tables of comparisons, those of the headline metrics first.
         runs: Label and runs of each controller.
         twins: Table of twins.
+        draws: What the repetitions drew; no rows on the nominal plant.
+        drawn: Sentence about it.
         panels: Load events, modules and charts by lap.
     """
 
@@ -66,6 +68,8 @@ class Section:
     comparisons: Sequence[Table]
     runs: Sequence[tuple[str, Table]]
     twins: Table
+    draws: Table
+    drawn: str
     panels: Panels
 
 
@@ -154,6 +158,8 @@ def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Secti
         comparisons=[pairs.comparison_table(found, metric) for metric in COMPARED if found.comparisons[metric]],
         runs=[(label, run_tables.run_table(found, label)) for label in found.order],
         twins=run_tables.twin_table(found),
+        draws=draws.draw_table(found),
+        drawn=draws.draw_sentence(found),
         panels=panels,
     )
 

@@ -32,7 +32,7 @@ def specification(**changes):
 
 def test_a_specification_read_back_is_the_same():
     """All of it, settings and schedule included."""
-    original = specification(tool="flange", laps=20, lead_in=0.5, latency=2, campaign=7, repetition=3)
+    original = specification(tool="flange", laps=20, lead_in=0.5, latency=2, campaign=7, repetition=3, draws=True)
     assert RunSpecification.from_json(original.as_json()) == original
 
 
@@ -77,6 +77,7 @@ def test_numbers_read_back_to_the_bit(value):
         {"repetition": 1},
         {"protocol": "carried", "twins": False},
         {"protocol": "carried", "twins": False, "repetitions": 2},
+        {"draws": True},
     ],
     ids=lambda change: next(iter(change)),
 )
@@ -88,7 +89,20 @@ def test_whatever_changes_the_result_changes_the_address(change):
 def test_every_field_is_in_the_text():
     """A field added later must not be forgotten in the address."""
     fields = {field.name for field in dataclasses.fields(RunSpecification)}
-    assert set(json.loads(specification().as_json())) == fields | {"schema"}
+    assert set(json.loads(specification(draws=True).as_json())) == fields | {"schema"}
+
+
+def test_a_run_without_draws_has_the_text_that_it_always_had():
+    """Draws came later: the address of a run on the nominal plant must not move for it."""
+    assert "draws" not in json.loads(specification().as_json())
+    assert RunSpecification.from_json(specification().as_json()) == specification(draws=False)
+
+
+def test_draws_in_the_tier_ideal_are_refused():
+    """It is the nominal arm by definition."""
+    line = "run: draws = true in tier 'ideal'; it is the nominal arm with exact sensors; choose another tier"
+    with pytest.raises(InvalidInput, match=line):
+        specification(tier="ideal", draws=True)
 
 
 def test_the_code_that_runs_is_part_of_the_address():
