@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping
+from typing import Any
 
 from .findings import Findings
 from .numbers import significant, unit_on_page
@@ -71,5 +72,5 @@ def _values(drawn: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
 def _in_words(name: str, value: object) -> str:
     """Return one number, or several with spaces between them."""
     shown = unit_on_page(UNITS.get(name, ""))
-    numbers = value if isinstance(value, list) else [value]
+    numbers: list[Any] = value if isinstance(value, list) else [value]
     return " ".join(significant(shown.of(float(number)), 4) for number in numbers)
