@@ -9,6 +9,7 @@ from .errors import (
     TooFewUnits,
     UnequalLengths,
     UnknownMetric,
+    UnknownMotionSet,
     UnknownWindow,
 )
 from .intervals import Interval, ShapeRange
@@ -23,11 +24,13 @@ from .metrics import (
     metric,
     orientation_error_by_lap,
 )
+from .motion_sets import MOTION_SETS, rows_in
 from .rows import RunRow
 from .summary import Summary, summary
 
 __all__ = [
     "METRICS",
+    "MOTION_SETS",
     "AmbiguousRuns",
     "Comparison",
     "EmptyWindow",
@@ -42,6 +45,7 @@ __all__ = [
     "TooFewUnits",
     "UnequalLengths",
     "UnknownMetric",
+    "UnknownMotionSet",
     "UnknownWindow",
     "Value",
     "compare",
@@ -52,5 +56,6 @@ __all__ = [
     "evaluate_events",
     "metric",
     "orientation_error_by_lap",
+    "rows_in",
     "summary",
 ]

@@ -66,6 +66,19 @@ class UnknownWindow(EvaluationError, ValueError):
         super().__init__(f"unknown window {name!r}; known: {', '.join(known)}")
 
 
+class UnknownMotionSet(EvaluationError, ValueError):
+    """A set of motions that has no definition.
+
+    Attributes:
+        name: The name that came.
+        known: The names that would have been valid.
+    """
+
+    def __init__(self, name: str, known: Sequence[str]) -> None:
+        self.name, self.known = name, tuple(known)
+        super().__init__(f"unknown set of motions {name!r}; known: {', '.join(known)}")
+
+
 class TooFewUnits(EvaluationError, ValueError):
     """A statistic that would be misleading at this sample size.
 

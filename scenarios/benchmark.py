@@ -108,6 +108,7 @@ class Benchmark(Sweep):
         latency: Ticks by which every command is late, or ``"measured"``: each by its own call.
         tare: Whether the force sensor is zeroed before every run, with the gripper alone.
         seed: Seed of the campaign.
+        draws: Whether every repetition draws an arm, a load and a start of its own; never in tier ``ideal``.
         run: Run tables; none means one that says nothing.
     """
 
@@ -123,6 +124,7 @@ class Benchmark(Sweep):
     latency: Annotated[Latency, BeforeValidator(_latency)] = 0
     tare: bool = False
     seed: Annotated[int, Field(ge=0)] = 1
+    draws: bool = False
     lead_in: Number = 1.0
     settings: Annotated[Settings, Field(default_factory=dict)]
     protocol: Protocol = "fresh"

@@ -11,7 +11,10 @@ from .loads import LoadSchedule
 from .perturbation import Perturbation
 from .robots import Robot
 from .specification import CARRIED, FRESH, RunSpecification
-from .tiers import build_tier
+from .tiers import Tier, build_tier
+from .trajectories.feasibility import Motion, check_motion
+from .trajectories.kinematics import Lap
+from .trajectories.reference import STEP
 from .world import cached_plan, cached_robot
 
 RunFactory = partial[RunSpecification]
@@ -47,12 +50,12 @@ def expand(benchmark: Benchmark, *, plug_ins: Mapping[str, object] | None = None
     notes: list[str] = []
     plant = _plant(benchmark, notes)
     robot = cached_robot(benchmark.robot, benchmark.tool)
-    build_tier(benchmark.tier, robot.tiers, robot.rotor_inertia)
+    tier = build_tier(benchmark.tier, robot.tiers, robot.rotor_inertia)
     found: dict[str, RunSpecification] = {}
     used: set[str] = set()
     world = _world(benchmark, robot, plant)
     for sweep in benchmark.sweeps():
-        cells = _cells(world, sweep, robot)
+        cells = _cells(world, sweep, robot, tier)
         for controller in sweep.controllers or ():
             used.add(controller)
             settings = (sweep.settings or {}).get(controller, {})
@@ -127,10 +130,11 @@ def _world(benchmark: Benchmark, robot: Robot, plant: str) -> RunFactory:
         latency=benchmark.latency,
         tare=benchmark.tare,
         campaign=benchmark.seed,
+        draws=benchmark.draws,
     )
 
 
-def _cells(world: RunFactory, sweep: Sweep, robot: Robot) -> list[RunFactory]:
+def _cells(world: RunFactory, sweep: Sweep, robot: Robot, tier: Tier) -> list[RunFactory]:
     """Return what makes the specification of each cell: motion, load history and repetition.
 
     Raises:
@@ -139,7 +143,7 @@ def _cells(world: RunFactory, sweep: Sweep, robot: Robot) -> list[RunFactory]:
     histories = tuple(_checked(history, robot) for history in schedules(sweep))
     lead_in = 1.0 if sweep.lead_in is None else sweep.lead_in
     for trajectory in sweep.trajectories or ():
-        cached_plan(robot, trajectory, lead_in)
+        _check_motion(trajectory, histories, lead_in, robot, tier)
     times = sweep.repetitions or 1
     perturbation = Perturbation(**(sweep.perturbation.model_dump() if sweep.perturbation else {}))
     repeated: list[dict[str, int]] = [{"repetition": repetition} for repetition in range(times)]
@@ -161,6 +165,24 @@ def _cells(world: RunFactory, sweep: Sweep, robot: Robot) -> list[RunFactory]:
         for history in histories
         for repetition in ([{"repetitions": times}] if sweep.protocol == CARRIED else repeated)
     ]
+
+
+def _check_motion(
+    trajectory: str, histories: tuple[LoadSchedule, ...], lead_in: float, robot: Robot, tier: Tier
+) -> None:
+    """Refuse a motion that the arm cannot follow with the heaviest of its loads."""
+    plan = cached_plan(robot, trajectory, lead_in)
+    loads = (load for history in histories for _, load in history.entries)
+    check_motion(
+        Motion(
+            name=trajectory,
+            lap=Lap(q=plan.q, dq=plan.dq, ddq=plan.ddq),
+            step=STEP,
+            robot=robot,
+            load=max(loads, key=lambda load: load.mass),
+            rotor_inertia=tier.rotor_inertia,
+        )
+    )
 
 
 def _reference(benchmark: Benchmark, labels: list[str], notes: list[str]) -> str:

@@ -26,7 +26,7 @@ class RunResult:
         ledger: Where the controller's settings come from.
         counts: Ticks, clipped ticks by cause and joint, operations.
         timing: Wall times and the machine they belong to; no part of the result.
-        provenance: Plant, payload, the periods of the diagnostics, the events and what they were judged against.
+        provenance: Plant, payload, draws, the periods of the diagnostics, the events and what they were judged against.
         trace: Bytes of :func:`~.trace.encode_trace`, None if none is kept.
     """
 

@@ -13,6 +13,9 @@ from .perturbation import NOMINAL, Perturbation
 
 SCHEMA = 1
 
+IDEAL = "ideal"
+"""The tier that never draws anything."""
+
 FRESH, CARRIED = "fresh", "carried"
 PROTOCOLS = (FRESH, CARRIED)
 """``fresh``: every run starts anew. ``carried``: repetitions follow one another on one controller that learns on."""
@@ -44,6 +47,7 @@ class RunSpecification:
         perturbation: What is wrong with the world that nobody is told.
         study: What is measured by many runs in place of this one: a margin or the loop responses, one of
             :data:`~.margins.STUDIES`; empty for a run.
+        draws: Whether every repetition draws an arm, a load and a start of its own, see :mod:`~.draws`.
     """
 
     controller: str
@@ -66,6 +70,7 @@ class RunSpecification:
     repetitions: int = 1
     perturbation: Perturbation = NOMINAL
     study: str = ""
+    draws: bool = False
 
     def __post_init__(self) -> None:
         """Check what needs neither robot nor plug-in."""
@@ -79,6 +84,9 @@ class RunSpecification:
         if not 0.0 <= self.lead_in < 60.0:
             raise InvalidInput(f"lead_in = {self.lead_in:g} s", "run", "between 0 and 60 s")
         check_latency(self.latency, where="run")
+        if self.draws and self.tier == IDEAL:
+            valid = "it is the nominal arm with exact sensors; choose another tier or draws = false"
+            raise InvalidInput("draws = true in tier 'ideal'", "run", valid)
         self._check_protocol()
         self._check_study()
 
@@ -149,6 +157,8 @@ class RunSpecification:
             table["perturbation"] = self.perturbation.as_table()
         if self.study:
             table["study"] = self.study
+        if self.draws:
+            table["draws"] = True
         return canonical_json(table)
 
     @classmethod

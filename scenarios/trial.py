@@ -168,7 +168,9 @@ def _findings(provider: object) -> dict[str, object]:
 
 def _provenance(world: World, outcome: Outcome) -> dict[str, object]:
     """Return what a reader of row and trace has to know: row j of a diagnostic is that of tick j times its period."""
+    drawn = {"draws": world.draws.as_table()} if world.specification.draws else {}
     return {
+        **drawn,
         "group": world.plan.group,
         "plant": world.plant.name,
         "payload": world.truth.parameters.tolist(),

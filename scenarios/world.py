@@ -6,6 +6,7 @@ import numpy as np
 
 from ..controllers import InvalidInput, PayloadTruth, Task, discovery
 from .disturbance import Disturbance
+from .draws import draw
 from .episode import Episode, Outcome
 from .loads import LoadSchedule
 from .log import RunLog, quaternions
@@ -24,12 +25,14 @@ class World:
     """Arm, plant, plan and load of one run.
 
     Attributes:
-        robot: The arm.
-        tier: Constants of drives and sensors.
+        robot: The nominal arm, which controllers know.
+        tier: Nominal constants of drives and sensors.
+        draws: How arm, friction, load and start of the plant differ from the nominal.
         plant: The simulated arm at the plan's first tick, at rest, with the first load.
         plan: What the arm should do.
         times: Time of every tick, shape (ticks,) [s].
         table: The plan of every tick, shape (ticks,).
+        initial_q: Joint positions at the first tick, shape (n,) [rad].
         loads: Tick to the slots' switches, for every change after the first.
         truth: The payload beyond the gripper, as ``oracle`` may see it.
         injection: Torque added to the command of every tick, shape (ticks, n), None for none [N m].
@@ -45,12 +48,15 @@ class World:
         self.robot = cached_robot(specification.robot, specification.tool)
         self.tier: Tier = build_tier(specification.tier, self.robot.tiers, self.robot.rotor_inertia)
         self.plan = cached_plan(self.robot, specification.trajectory, specification.lead_in)
+        self.draws = draw(specification, self.robot.n)
         perturbation = specification.perturbation
         untold = perturbation.bodies(self.robot)
         slots, switches = schedule.slots(self.robot)
+        carried = tuple(self.draws.carried(body) for body in slots)
         plant = discovery.load("plants", specification.plant)
-        drives = perturbation.drives(self.tier)
-        self.plant: Plant = plant(self.robot, drives, (*slots, *untold))  # type: ignore[operator]
+        bodies = (*(self.draws.carried(body) for body in slots), *untold)
+        drives = perturbation.drives(self.draws.drives(self.tier))
+        self.plant: Plant = plant(self.draws.arm(self.robot), drives, bodies)  # type: ignore[operator]
         period, lead_in = self.tier.period, specification.lead_in
         early = [when for when in schedule.events if when <= -lead_in]
         if early:
@@ -61,12 +67,13 @@ class World:
         self.table = self.plan.rows(self.times)
         carried = [(when, (*active, *(True for _ in untold))) for when, active in switches]
         self.loads = {round((when + lead_in) / period): active for when, active in carried[1:]}
-        start = self.table["q"][0] + perturbation.offset / np.sqrt(self.robot.n)
+        offset = self.draws.initial_offset + perturbation.offset / np.sqrt(self.robot.n)
+        self.initial_q = self.table["q"][0] + offset
         # A plant is made with nothing on the gripper.
-        self.plant.reset(start, np.zeros(self.robot.n))
+        self.plant.reset(self.initial_q, np.zeros(self.robot.n))
         self._unloaded = self.plant.wrench.copy()
         self.plant.set_load(carried[0][1])
-        self.plant.reset(start, np.zeros(self.robot.n))
+        self.plant.reset(self.initial_q, np.zeros(self.robot.n))
         self._untold = sum((body.parameters for body in untold), np.zeros(10))
         self.truth = PayloadTruth(parameters=self.plant.payload - self._untold)
         self.injection: np.ndarray | None = None
@@ -80,7 +87,7 @@ class World:
             actuation=self.tier.actuation(self.robot.effort),
             period=self.tier.period,
             duration=self.specification.laps * self.plan.period,
-            initial_q=self.table["q"][0].copy(),
+            initial_q=self.initial_q.copy(),
             seed=controller_seed(self.specification),
             knowledge=self.specification.knowledge,
             repetition=self.specification.repetition,

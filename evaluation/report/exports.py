@@ -11,6 +11,7 @@ from ..comparison import Comparison
 from ..intervals import Interval
 from ..metrics import METRICS
 from ..summary import Summary
+from .draws import drawn_by
 from .fairness import ledger_of
 from .findings import COMPARED, HEADLINES, SUMMARISED, Findings
 from .panel_exports import panel_figures
@@ -34,6 +35,7 @@ SPECIFICATION = (
     "repetition",
     "twins",
     "study",
+    "draws",
 )
 """Fields of the specification that stand in runs.csv as they are."""
 
@@ -43,6 +45,7 @@ def runs_csv(findings: Sequence[Findings]) -> str:
     runs = [(found, run) for found in findings for run in (*found.world.runs, *found.world.twins, *found.world.studies)]
     metrics = _metric_columns([run for _, run in runs])
     timings = sorted({name for _, run in runs for name in run.stored.result.timing})
+    drawn = sorted({name for _, run in runs for name in drawn_by(run)})
     header = [
         "world",
         "label",
@@ -56,11 +59,13 @@ def runs_csv(findings: Sequence[Findings]) -> str:
         *SPECIFICATION,
     ]
     header += ["role", "address", "status", "cause", "reason", "failed_at [s]"]
+    header += [f"drawn.{name}" for name in drawn]
     header += [f"{window}.{metric} [{unit}]" for window, metric, unit in metrics]
     header += [f"timing.{name}" for name in timings]
     rows = [
         [
             *_identity(found, run),
+            *(json.dumps(drawn_by(run)[name]) if name in drawn_by(run) else "" for name in drawn),
             *(_metric(run, window, metric) for window, metric, _ in metrics),
             *(run.stored.result.timing.get(name, "") for name in timings),
         ]
@@ -138,6 +143,10 @@ def _world(found: Findings) -> dict[str, object]:
         "comparisons": [
             _comparison(found, comparison) for metric in COMPARED for comparison in found.comparisons[metric].values()
         ],
+        "motion_sets": {
+            name: [_comparison(found, comparison) for family in families.values() for comparison in family.values()]
+            for name, families in found.by_set.items()
+        },
         "against_next": [_comparison(found, pair) for lead in found.leads if (pair := lead.against_next) is not None],
         "failed": [
             {

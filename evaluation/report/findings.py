@@ -9,6 +9,7 @@ import numpy as np
 from ..comparison import MANY_FAILURES, Comparison, compare, compare_all, decide
 from ..errors import NothingToCompare
 from ..metrics import METRICS
+from ..motion_sets import rows_in, sets_in
 from ..summary import Summary, summary
 from .worlds import Run, World
 
@@ -79,6 +80,17 @@ class Findings:
     def leads(self) -> tuple[Lead, ...]:
         """Who comes first on each headline metric."""
         return tuple(self._lead(metric) for metric in HEADLINES)
+
+    @cached_property
+    def by_set(self) -> dict[str, dict[str, dict[str, Comparison]]]:
+        """Set of motions to headline metric to controller to comparison; empty unless old and new motions ran."""
+        world = self.world
+        return {
+            name: {
+                metric: compare_all(rows_in(world.rows, name), world.reference, metric, WINDOW) for metric in HEADLINES
+            }
+            for name in sets_in(world.rows)
+        }
 
     @cached_property
     def failures(self) -> tuple[Run, ...]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from . import drawing, fairness, headline, pairs, records, run_tables, split_tables
+from . import drawing, draws, fairness, headline, motion_set_tables, pairs, records, run_tables, split_tables
 from .charts import Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
@@ -35,6 +35,7 @@ class Section:
         masses: Tables of errors by mass.
         shape: Table of shape ranges.
         laps: Tables of errors by lap.
+        motion_sets: Tables of old and new motions apart; empty unless both ran.
         failed: Table of failed and refused runs.
         knowledge: Table of knowledge levels.
         tuning: Table of tuning budgets.
@@ -42,6 +43,8 @@ class Section:
         comparisons: Tables of comparisons, those of the headline metrics first.
         runs: Label and runs of each controller.
         twins: Table of twins.
+        draws: What the repetitions drew; no rows on the nominal plant.
+        drawn: Sentence about it.
         panels: Load events, modules and charts by lap.
     """
 
@@ -59,6 +62,7 @@ class Section:
     masses: Sequence[Table]
     shape: Table
     laps: Sequence[Table]
+    motion_sets: Sequence[Table]
     failed: Table
     knowledge: Table
     tuning: Table
@@ -66,6 +70,8 @@ class Section:
     comparisons: Sequence[Table]
     runs: Sequence[tuple[str, Table]]
     twins: Table
+    draws: Table
+    drawn: str
     panels: Panels
 
 
@@ -147,6 +153,7 @@ def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Secti
         masses=[split_tables.mass_table(found, metric) for metric in HEADLINES],
         shape=split_tables.shape_table(found),
         laps=laps,
+        motion_sets=[motion_set_tables.motion_set_table(found, metric) for metric in HEADLINES if found.by_set],
         failed=run_tables.failure_table(found),
         knowledge=fairness.knowledge_table(found),
         tuning=fairness.tuning_table(found),
@@ -154,6 +161,8 @@ def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Secti
         comparisons=[pairs.comparison_table(found, metric) for metric in COMPARED if found.comparisons[metric]],
         runs=[(label, run_tables.run_table(found, label)) for label in found.order],
         twins=run_tables.twin_table(found),
+        draws=draws.draw_table(found),
+        drawn=draws.draw_sentence(found),
         panels=panels,
     )
 

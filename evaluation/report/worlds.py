@@ -11,6 +11,9 @@ from ..rows import RunRow
 RUN = "run"
 """The role of the runs that enter comparisons; any other role is a twin."""
 
+NOISE_ONLY, PLANT_TOO = "sensor noise", "friction, load, link masses, start and sensor noise"
+"""What tells the repetitions of a run apart; runs that drew a plant pair with no run on the nominal one."""
+
 CONSTANT = "constant load"
 """Load history of all runs whose load does not change; any other history is a world of its own."""
 
@@ -127,6 +130,7 @@ def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
         ("Laps", str(run.laps)),
         ("Lead-in", f"{run.lead_in:g} s"),
         ("Protocol", run.protocol),
+        ("Repetitions draw", PLANT_TOO if run.draws else NOISE_ONLY),
         ("Latency", _latency(row)),
         ("Force sensor", "tared before the run" if run.tare else "not tared"),
         ("Perturbation", run.perturbation.in_words()),

@@ -1,8 +1,8 @@
 """Closed paths of the tool, the joint motion that follows them, and the plan of a run."""
 
-from .paths import HarmonicPath, Path, circle, eight, rotated_circle, yz_circle
+from .paths import HarmonicPath, Path, circle, eight, fourier, rotated_circle, yz_circle
 from .reference import Plan
-from .suite import load_path, suite, suite_path
+from .suite import further_suite, load_path, suite, suite_path
 
 __all__ = [
     "HarmonicPath",
@@ -10,6 +10,8 @@ __all__ = [
     "Plan",
     "circle",
     "eight",
+    "fourier",
+    "further_suite",
     "load_path",
     "rotated_circle",
     "suite",

@@ -1,5 +1,6 @@
 """Closed paths of the tool as analytic functions of time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -190,6 +191,29 @@ def eight(
     cosine = ((0.0, radius, 0.0), (0.0, 0.0, 0.0))
     sine = ((0.0, 0.0, z_amplitude), (radius / 2.0, 0.0, 0.0))
     return HarmonicPath(name=name, period=period, centre=centre, cosine=cosine, sine=sine, group=group)
+
+
+def fourier(
+    *,
+    name: str,
+    period: float,
+    centre: Sequence[float],
+    cosine: Sequence[Sequence[float]],
+    sine: Sequence[Sequence[float]],
+    group: str = "",
+) -> HarmonicPath:
+    """Return a path by its coefficients, as a data file lists them.
+
+    Args:
+        name: What tables call it.
+        period: Duration of one lap [s].
+        centre: The constant term, base frame [m].
+        cosine: Coefficients a_1 to a_H [m].
+        sine: Coefficients b_1 to b_H, as many [m].
+        group: Paths that are summarised together.
+    """
+    a, b = (tuple(_point(*row) for row in rows) for rows in (cosine, sine))
+    return HarmonicPath(name=name, period=period, centre=_point(*centre), cosine=a, sine=b, group=group)
 
 
 def _point(x: float, y: float, z: float) -> Point:

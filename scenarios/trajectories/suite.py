@@ -9,22 +9,34 @@ import numpy as np
 
 from ...controllers.discovery import load
 from ...controllers.errors import InvalidInput, UnknownName
-from .paths import HarmonicPath, Path, circle, eight, rotated_circle, yz_circle
+from .paths import HarmonicPath, Path, circle, eight, fourier, rotated_circle, yz_circle
 
 SHAPES: dict[str, Callable[..., HarmonicPath]] = {
     "circle": circle,
     "rotated_circle": rotated_circle,
     "yz_circle": yz_circle,
     "eight": eight,
+    "fourier": fourier,
 }
-"""Kinds of the data file."""
+"""Kinds of the data files."""
 
 
 @cache
 def suite() -> dict[str, HarmonicPath]:
-    """Return the paths of ``data/trajectories.toml`` by name, T1 to T8 before S1 to S3."""
+    """Return the paper's paths by name, T1 to T8 before S1 to S3."""
+    return _read("trajectories.toml")
+
+
+@cache
+def further_suite() -> dict[str, HarmonicPath]:
+    """Return the sixteen further paths by name, M1 to M16; nothing may be trained or tuned on them."""
+    return _read("further_motions.toml")
+
+
+def _read(file: str) -> dict[str, HarmonicPath]:
+    """Return the paths of a data file by name."""
     package = __name__.rsplit(".", 2)[0]
-    table = tomllib.loads((files(package) / "data" / "trajectories.toml").read_text(encoding="utf-8"))
+    table = tomllib.loads((files(package) / "data" / file).read_text(encoding="utf-8"))
     paths = {}
     for entry in table["trajectory"]:
         settings = {key: value for key, value in entry.items() if key not in ("kind", "centre")}
@@ -37,14 +49,15 @@ def suite_path(name: str) -> HarmonicPath:
     """Return one of the benchmark's own paths.
 
     Args:
-        name: Its name in the data file, for example ``"T1"``.
+        name: Its name in the data files, for example ``"T1"``.
 
     Raises:
-        UnknownName: If the data file has no such path.
+        UnknownName: If they have no such path.
     """
-    if name not in suite():
-        raise UnknownName("trajectory", name, tuple(suite()))
-    return suite()[name]
+    own = suite() | further_suite()
+    if name not in own:
+        raise UnknownName("trajectory", name, tuple(own))
+    return own[name]
 
 
 T1 = partial(suite_path, "T1")
@@ -58,6 +71,22 @@ T8 = partial(suite_path, "T8")
 S1 = partial(suite_path, "S1")
 S2 = partial(suite_path, "S2")
 S3 = partial(suite_path, "S3")
+M1 = partial(suite_path, "M1")
+M2 = partial(suite_path, "M2")
+M3 = partial(suite_path, "M3")
+M4 = partial(suite_path, "M4")
+M5 = partial(suite_path, "M5")
+M6 = partial(suite_path, "M6")
+M7 = partial(suite_path, "M7")
+M8 = partial(suite_path, "M8")
+M9 = partial(suite_path, "M9")
+M10 = partial(suite_path, "M10")
+M11 = partial(suite_path, "M11")
+M12 = partial(suite_path, "M12")
+M13 = partial(suite_path, "M13")
+M14 = partial(suite_path, "M14")
+M15 = partial(suite_path, "M15")
+M16 = partial(suite_path, "M16")
 
 
 def load_path(name: object) -> Path:

@@ -12,6 +12,7 @@ from torquebench.evaluation.errors import (
     TooFewUnits,
     UnequalLengths,
     UnknownMetric,
+    UnknownMotionSet,
     UnknownWindow,
 )
 
@@ -20,6 +21,7 @@ EXAMPLES = (
     UnequalLengths("time_lag", {"p": 10, "p_ref": 9}),
     UnknownMetric("time_lagg", ["time_lag", "lag_share"]),
     UnknownWindow("event", ("run", "steady")),
+    UnknownMotionSet("new", ("paper", "further")),
     TooFewUnits("BCa interval", 4, 5),
     AmbiguousRuns("pd", ("T1", 1.5, "", 0)),
     NothingToCompare("pd", "mpc", "no pair"),

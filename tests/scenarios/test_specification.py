@@ -33,7 +33,7 @@ def specification(**changes):
 
 def test_a_specification_read_back_is_the_same():
     """All of it, settings and schedule included."""
-    original = specification(tool="flange", laps=20, lead_in=0.5, latency=2, campaign=7, repetition=3)
+    original = specification(tool="flange", laps=20, lead_in=0.5, latency=2, campaign=7, repetition=3, draws=True)
     assert RunSpecification.from_json(original.as_json()) == original
 
 
@@ -83,6 +83,7 @@ def test_numbers_read_back_to_the_bit(value):
         {"twins": False, "study": "delay_margin"},
         {"protocol": "carried", "twins": False},
         {"protocol": "carried", "twins": False, "repetitions": 2},
+        {"draws": True},
     ],
     ids=lambda change: next(iter(change)),
 )
@@ -94,15 +95,22 @@ def test_whatever_changes_the_result_changes_the_address(change):
 def test_every_field_is_in_the_text():
     """A field added later must not be forgotten in the address."""
     fields = {field.name for field in dataclasses.fields(RunSpecification)}
-    full = specification(twins=False, tare=True, perturbation=Perturbation(delay=1), study="load_margin")
+    full = specification(twins=False, tare=True, draws=True, perturbation=Perturbation(delay=1), study="load_margin")
     assert set(json.loads(full.as_json())) == fields | {"schema"}
     assert RunSpecification.from_json(full.as_json()) == full
 
 
-def test_an_ordinary_run_has_no_word_of_tares_perturbations_and_studies():
-    """Its text, and with it its address, is what it was before there were any."""
-    assert not {"tare", "perturbation", "study"} & set(json.loads(specification().as_json()))
+def test_an_ordinary_run_has_no_word_of_what_came_later():
+    """Its text, and with it its address, is what it was before there were tares, draws, perturbations and studies."""
+    assert not {"tare", "draws", "perturbation", "study"} & set(json.loads(specification().as_json()))
     assert RunSpecification.from_json(specification().as_json()) == specification()
+
+
+def test_draws_in_the_tier_ideal_are_refused():
+    """It is the nominal arm by definition."""
+    line = "run: draws = true in tier 'ideal'; it is the nominal arm with exact sensors; choose another tier"
+    with pytest.raises(InvalidInput, match=line):
+        specification(tier="ideal", draws=True)
 
 
 def test_the_code_that_runs_is_part_of_the_address():

@@ -211,3 +211,9 @@ def quick(tmp_path_factory: pytest.TempPathFactory) -> Page:
     shelf.fail(specification_of("mpc", "none", "T1", 3.5), status="refused")
     shelf.fail(specification_of("mpc", "none", "T2", 3.5), status="refused")
     return shelf.campaign().report()
+
+
+@pytest.fixture(scope="session")
+def shelf_class() -> type[Shelf]:
+    """What fixtures of a wider scope fill."""
+    return Shelf

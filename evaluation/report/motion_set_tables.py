@@ -1,0 +1,68 @@
+"""The paper's motions and new ones apart: what each controller reached on each set, and how sure that is there."""
+
+from collections.abc import Mapping
+
+from ..comparison import Comparison
+from ..metrics import METRICS
+from ..motion_sets import TITLES, rows_in
+from ..summary import Summary, summary
+from .cells import controller_cells, controller_column, verdict_cell, why_none
+from .findings import WINDOW, Findings
+from .numbers import unit_on_page
+from .sentences import SUBJECTS
+from .table import Cell, Column, Reading, Table, columns_to_rows, number_cells, word_cell
+
+RATIO_NOTE = "geometric mean of the ratio to the reference, with the 95 % interval over the trajectories of the set"
+FAMILY_NOTE = "corrected for all opponents of the reference on the set; below, how many trajectories decide"
+
+
+def motion_set_table(findings: Findings, metric: str) -> Table:
+    """Return mean, ratio and verdict of each controller on each set of motions.
+
+    Args:
+        findings: The world's findings; old and new motions ran.
+        metric: Id of a headline metric.
+    """
+    columns, cells = [controller_column()], [controller_cells(findings)]
+    unit, rows = METRICS[metric].unit, findings.world.rows
+    for place, (name, families) in enumerate(findings.by_set.items()):
+        found, comparisons = summary(rows_in(rows, name), metric, WINDOW), families[metric]
+        title, first = TITLES[name], place == 0
+        title = f"{title[0].upper()}{title[1:]}"
+        columns += [
+            Column("Mean", unit_on_page(unit).text, group=title),
+            Column("Ratio", group=title, note=RATIO_NOTE if first else ""),
+            Column("In the family", numeric=False, group=title, note=FAMILY_NOTE if first else ""),
+        ]
+        cells += [
+            number_cells([_mean(found, label) for label in findings.order], unit),
+            [_ratio(findings, comparisons, label) for label in findings.order],
+            [_family(comparisons.get(label)) for label in findings.order],
+        ]
+    return Table(
+        id=f"{findings.world.id}-motion-sets-{SUBJECTS[metric]}",
+        caption=f"Mean {SUBJECTS[metric]} error by set of motions, run window",
+        columns=columns,
+        rows=columns_to_rows(cells),
+        name=f"{findings.world.id}-{SUBJECTS[metric]}-by-motion-set",
+    )
+
+
+def _mean(found: Mapping[str, Summary], label: str) -> Reading:
+    own = found.get(label)
+    return Reading(None, "missing") if own is None else Reading(own.mean, why_none(own))
+
+
+def _ratio(findings: Findings, comparisons: Mapping[str, Comparison], label: str) -> Cell:
+    if label == findings.world.reference:
+        return Cell("1", 1.0, note="the reference")
+    comparison = comparisons.get(label)
+    if comparison is None:
+        return word_cell("no pair")
+    return verdict_cell(comparison, findings.verdict_alone(comparison))
+
+
+def _family(comparison: Comparison | None) -> Cell:
+    if comparison is None:
+        return Cell("")
+    return Cell(comparison.verdict, note=f"{comparison.n_trajectories} trajectories")
