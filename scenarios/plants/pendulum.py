@@ -34,34 +34,40 @@ class Pendulum:
         self.liquid, self.slot, self.active = liquid, slot, False
         hinge = flange.placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, liquid.hinge_z]))
         across = model.addJoint(flange.parentJoint, pin.JointModelRX(), hinge, f"slosh_x_{slot}")
-        self._model = model
         self._joint = model.addJoint(across, pin.JointModelRY(), pin.SE3.Identity(), f"slosh_y_{slot}")
         first = model.idx_vs[across]
         self.joints = slice(first, first + 2)
 
-    def bind(self, data: pin.Data, positions: np.ndarray, wrench: np.ndarray) -> None:
-        """Fix what the force sensor reads of the bob, once.
+    def bind(self, data: pin.Data, state: tuple[np.ndarray, np.ndarray], drive: np.ndarray, wrench: np.ndarray) -> None:
+        """Fix the arguments of what every step calls, :meth:`resist` and :meth:`add_to_wrench`.
 
         Args:
             data: Results of the model.
-            positions: Positions of all joints, shape (n + 2 k,) [rad].
-            wrench: What :meth:`add_to_wrench` adds to, shape (6,) [N, N m].
+            state: Positions and velocities of all joints, each of shape (n + 2 k,) [rad, rad/s].
+            drive: Torques on all joints, shape (n + 2 k,) [N m].
+            wrench: The force sensor's reading, shape (6,) [N, N m].
         """
         acceleration, velocity = data.a_gf[self._joint], data.v[self._joint]
         motion = (acceleration.linear, acceleration.angular, velocity.linear, velocity.angular)
+        angles, rates = (part[self.joints] for part in state)
         self._bob = np.array([0.0, self.liquid.length, self.liquid.hinge_z])
-        self.add_to_wrench = bind(_bob_on_arm, motion, positions[self.joints], self._bob, wrench)
+        self.resist = bind(_resist, rates, self.liquid.damping, drive[self.joints])
+        self.add_to_wrench = bind(_bob_on_arm, motion, angles, self._bob, wrench)
 
-    def switch(self, *, active: bool) -> None:
+    def switch(self, model: pin.Model, *, active: bool, step: float) -> None:
         """Put the liquid in or take it away.
 
         Args:
+            model: The model on which it hangs.
             active: Whether it is there.
+            step: Integration step [s].
         """
         self.active = active
-        self._bob[0] = self.liquid.bob_mass if active else 0.0
+        self._bob[0] = mass = self.liquid.bob_mass if active else 0.0
         place = np.array([0.0, 0.0, self.liquid.length])
-        self._model.inertias[self._joint] = pin.Inertia(float(self._bob[0]), place, np.zeros((3, 3)))
+        model.inertias[self._joint] = pin.Inertia(mass, place, np.zeros((3, 3)))
+        # Damping is linearly implicit, as friction is. An idle joint has no other inertia: any will do.
+        model.armature[self.joints] = step * self.liquid.damping if active else 1.0
 
     def rest(self, down: np.ndarray) -> tuple[float, float]:
         """Return the angles at which the pendulum hangs, zero while the liquid is not there [rad].
@@ -71,6 +77,13 @@ class Pendulum:
         """
         x, y, z = down
         return (float(np.arctan2(-y, z)), float(np.arcsin(x))) if self.active else (0.0, 0.0)
+
+
+@numba.njit(cache=True)
+def _resist(rates, damping, drive):  # type: ignore[no-untyped-def]
+    """Fill the torque of the liquid's damping."""
+    for i in range(2):
+        drive[i] = -damping * rates[i]
 
 
 @numba.njit(cache=True)

@@ -69,8 +69,8 @@ class Plant(ABC):
         self._gripper = _combined(robot.gripper_bodies)
         self._spatial_inertia = np.zeros((6, 6))
         self._armature = model.armature
-        self._drive, self._torque = np.zeros(model.nv), np.zeros(model.nv)
-        self._arm_torque = self._torque[: robot.n]
+        self._armature[: robot.n] = tier.rotor_inertia
+        self._drive, self._torque = np.zeros(model.nv), np.zeros(robot.n)
         self._take_views()
         self._bind_kernels()
         self.set_load((False,) * len(self.slots))
@@ -85,21 +85,15 @@ class Plant(ABC):
 
     def _bind_kernels(self) -> None:
         """Fix the arguments of what every step calls."""
-        tier, damping = self.tier, [pendulum.liquid.damping for pendulum in self.pendulums]
-        none = np.zeros(2 * len(damping))
-        self._rotor_inertia = np.concatenate([tier.rotor_inertia, none])
-        friction = (
-            np.concatenate([tier.coulomb, none]),
-            np.concatenate([tier.viscous, np.repeat(damping, 2)]),
-            self._rotor_inertia,
-        )
-        constants = (tier.coulomb_velocity, tier.period)
-        self._resist = bind(_resist, self._torque, self.velocities, friction, constants, self._drive, self._armature)
+        tier, n = self.tier, self.robot.n
+        friction, constants = (tier.coulomb, tier.viscous, tier.rotor_inertia), (tier.coulomb_velocity, tier.period)
+        drive, armature = self._drive[:n], self._armature[:n]
+        self._resist = bind(_resist, self._torque, self.dq, friction, constants, drive, armature)
         self._measure = bind(
             _wrench_on_arm, self._flange_motion, self._flange_frame, self._spatial_inertia, self.wrench
         )
         for pendulum in self.pendulums:
-            pendulum.bind(self.data, self.positions, self.wrench)
+            pendulum.bind(self.data, (self.positions, self.velocities), self._drive, self.wrench)
 
     def set_load(self, active: Sequence[bool]) -> None:
         """Switch the slots; joint positions and velocities stay as they are.
@@ -116,9 +110,7 @@ class Plant(ABC):
         np.copyto(self._spatial_inertia, (self._gripper + rigid).matrix())
         for pendulum in self.pendulums:
             changed = pendulum.active != active[pendulum.slot]
-            pendulum.switch(active=active[pendulum.slot])
-            # An idle pendulum has nothing else to resist with, and without an inertia it has no acceleration.
-            self._rotor_inertia[pendulum.joints] = 0.0 if pendulum.active else 1.0
+            pendulum.switch(self.model, active=active[pendulum.slot], step=self.tier.period)
             if changed:
                 self._calm(pendulum)
 
@@ -154,7 +146,6 @@ class Plant(ABC):
         else:
             self.positions[self.robot.n :], self.velocities[self.robot.n :] = slosh
         # The reading before the first step is the static one: arm and liquid are held where they are placed.
-        self._armature[:] = self._rotor_inertia
         held = pin.computeGeneralizedGravity(self.model, self.data, self.positions)
         pin.aba(self.model, self.data, self.positions, np.zeros(self.model.nv), held)
         self.measure_wrench()
@@ -175,7 +166,7 @@ class Plant(ABC):
 
         What sloshes is free to stay behind: it counts with what it holds against a torque, not with its mass.
         """
-        self._armature[:] = self._rotor_inertia
+        self._armature[: self.robot.n] = self.tier.rotor_inertia
         rest, n = np.zeros(self.model.nv), self.robot.n
         held = np.array(pin.rnea(self.model, self.data, self.positions, rest, rest))
         # Column by column: a liquid's joints may stand out of the order that the composite-body algorithm needs.
@@ -190,8 +181,10 @@ class Plant(ABC):
         Args:
             torque: What the drives produce, before friction, shape (n,) [N m].
         """
-        np.copyto(self._arm_torque, torque)
+        np.copyto(self._torque, torque)
         self._resist()
+        for pendulum in self.pendulums:
+            pendulum.resist()
         pin.aba(self.model, self.data, self.positions, self.velocities, self._drive)
         self.measure_wrench()
         self._integrate()
