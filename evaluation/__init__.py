@@ -12,6 +12,7 @@ from .errors import (
     UnknownWindow,
 )
 from .intervals import Interval, ShapeRange
+from .materials import MaterialContrast, contrast_all, contrast_materials
 from .metrics import (
     METRICS,
     EventTwins,
@@ -34,6 +35,7 @@ __all__ = [
     "EvaluationError",
     "EventTwins",
     "Interval",
+    "MaterialContrast",
     "Metric",
     "NothingToCompare",
     "RunRow",
@@ -46,6 +48,8 @@ __all__ = [
     "Value",
     "compare",
     "compare_all",
+    "contrast_all",
+    "contrast_materials",
     "decide",
     "error_by_lap",
     "evaluate",

@@ -51,7 +51,7 @@ class LiquidOracle:
         q, dq, tau = np.zeros((3, self.order.shape[0]))
         q[self.order], dq[self.order] = positions, velocities
         tau[self.order] = np.concatenate([torque, np.zeros(2)]) - self.resistance * velocities
-        return np.array(pin.aba(self.model, self.model.createData(), q, dq, tau))[self.order]
+        return np.asarray(pin.aba(self.model, self.model.createData(), q, dq, tau)[self.order])
 
 
 def water_of(robot: Robot, payload: Payload) -> Liquid:

@@ -119,6 +119,9 @@ def _world(found: Findings) -> dict[str, object]:
             _comparison(found, comparison) for metric in COMPARED for comparison in found.comparisons[metric].values()
         ],
         "against_next": [_comparison(found, pair) for lead in found.leads if (pair := lead.against_next) is not None],
+        "materials": [
+            {**asdict(contrast), "ratio": _comparison(found, contrast.ratio)} for contrast in found.materials
+        ],
         "failed": [
             {
                 "controller": run.row.controller, "trajectory": run.row.trajectory, "load": run.load,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from . import drawing, fairness, headline, pairs, records, run_tables, split_tables
+from . import drawing, fairness, headline, material_tables, pairs, records, run_tables, split_tables
 from .charts import Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
@@ -32,6 +32,7 @@ class Section:
         ratios: Figures of ratios.
         dots: Figures of errors by trajectory, each with its table.
         masses: Tables of errors by mass.
+        materials: Tables of what one content changes against another.
         shape: Table of shape ranges.
         laps: Tables of errors by lap.
         failed: Table of failed and refused runs.
@@ -55,6 +56,7 @@ class Section:
     ratios: Sequence[Figure]
     dots: Sequence[tuple[Figure, Table]]
     masses: Sequence[Table]
+    materials: Sequence[Table]
     shape: Table
     laps: Sequence[Table]
     failed: Table
@@ -142,6 +144,7 @@ def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Secti
         ratios=[figure for figure in ratios if figure is not None],
         dots=[(figure, table) for figure, table in dots if figure is not None],
         masses=[split_tables.mass_table(found, metric) for metric in HEADLINES],
+        materials=material_tables.material_tables(found),
         shape=split_tables.shape_table(found),
         laps=laps,
         failed=run_tables.failure_table(found),
