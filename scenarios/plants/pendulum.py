@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from ...controllers.kernels import bind
 from ..liquid import Liquid
+from ..robots import slosh_names
 
 
 class Pendulum:
@@ -33,8 +34,9 @@ class Pendulum:
         """
         self.liquid, self.slot, self.active = liquid, slot, False
         hinge = flange.placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, liquid.hinge_z]))
-        across = model.addJoint(flange.parentJoint, pin.JointModelRX(), hinge, f"slosh_x_{slot}")
-        self._joint = model.addJoint(across, pin.JointModelRY(), pin.SE3.Identity(), f"slosh_y_{slot}")
+        about_x, about_y = slosh_names(slot)
+        across = model.addJoint(flange.parentJoint, pin.JointModelRX(), hinge, about_x)
+        self._joint = model.addJoint(across, pin.JointModelRY(), pin.SE3.Identity(), about_y)
         first = model.idx_vs[across]
         self.joints = slice(first, first + 2)
 

@@ -152,8 +152,10 @@ class Plant(ABC):
 
     def _check_upright(self) -> None:
         """Refuse to start with a liquid in a container that does not hold it."""
+        if not any(pendulum.active for pendulum in self.pendulums):
+            return
         tilt = np.rad2deg(np.arccos(self._down()[2]))
-        if tilt > MOST_TILT and any(pendulum.active for pendulum in self.pendulums):
+        if tilt > MOST_TILT:
             came = f"a liquid in a container that is tilted by {tilt:.0f} degrees"
             raise InvalidInput(came, "load", f"start with its axis within {MOST_TILT:g} degrees of upright")
 

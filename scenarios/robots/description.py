@@ -220,7 +220,7 @@ def slot_name(index: int) -> str:
 
 def slosh_names(index: int) -> tuple[str, str]:
     """Return the names of the two joints, about x and y of the flange, of the liquid in a payload slot."""
-    return f"slosh_x_{index}", f"slosh_y_{index}"
+    return f"payload_slosh_x_{index}", f"payload_slosh_y_{index}"
 
 
 def vector(values: Sequence[float] | np.ndarray) -> Vector:

@@ -1,6 +1,7 @@
 """Water in the container: its first slosh mode to the printed digits, its limits, and what is refused."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -165,6 +166,24 @@ def test_a_fill_level_that_is_not_physical_is_refused(rizon, mass):
     """The container holds 2.297 kg of water, less than of sand."""
     with pytest.raises(InvalidInput, match=r"kg of water in the container; it holds more than 0 and up to 2.297 kg"):
         water(mass, rizon.container)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"inner_radius": 0.0}, "container: inner radius 0; mass, inner radius and height are positive"),
+        ({"inner_height": -0.1}, "container: inner height -0.1"),
+        ({"mass": math.inf}, "container: mass inf"),
+        ({"inertia_diag": (0.001, 0.001, 0.01)}, "principal moments of 0.001, 0.001, 0.01 .*; no body has one above"),
+        ({"inertia_diag": (0.001, -0.001, 0.001)}, "container: principal moments"),
+        ({"inertia_diag": (0.001, 0.001, math.nan)}, "container: principal moments"),
+    ],
+)
+def test_a_container_that_is_not_physical_is_refused(change, message):
+    """In one line, before water is poured into it."""
+    with pytest.raises(InvalidInput, match=message) as caught:
+        replace(BOX, **change)
+    assert "\n" not in str(caught.value)
 
 
 def test_an_empty_container_has_one_spelling(rizon):
