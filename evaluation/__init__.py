@@ -13,6 +13,7 @@ from .errors import (
     UnknownWindow,
 )
 from .intervals import Interval, ShapeRange
+from .materials import MaterialContrast, contrast_all, contrast_materials
 from .metrics import (
     METRICS,
     EventTwins,
@@ -37,6 +38,7 @@ __all__ = [
     "EvaluationError",
     "EventTwins",
     "Interval",
+    "MaterialContrast",
     "Metric",
     "NothingToCompare",
     "RunRow",
@@ -50,6 +52,8 @@ __all__ = [
     "Value",
     "compare",
     "compare_all",
+    "contrast_all",
+    "contrast_materials",
     "decide",
     "error_by_lap",
     "evaluate",

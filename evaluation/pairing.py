@@ -1,7 +1,7 @@
 """Paired values of two controllers and their log-ratios, cell by cell and trajectory by trajectory."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -57,12 +57,21 @@ class Ratios:
             cells.setdefault(key[:3], []).append(pair[side])
         return [float(np.mean(values)) for values in cells.values()]
 
+    def differences_by_trajectory(self) -> np.ndarray:
+        """Return each trajectory's mean of controller less reference over its cells, shape (n,) [the metric's unit]."""
+        cells = self._cells(lambda a, b: a - b)
+        return np.array([np.mean([np.mean(cells[cell]) for cell in path]) for path in self._paths().values()])
+
     def _logs(self) -> dict[Cell, list[float]]:
         """Return the log-ratios of each cell's repetitions."""
-        logs: dict[Cell, list[float]] = {}
+        return self._cells(lambda a, b: math.log(max(a, FLOOR) / max(b, FLOOR)))
+
+    def _cells(self, value: Callable[[float, float], float]) -> dict[Cell, list[float]]:
+        """Return what is computed of both sides, for each cell's repetitions."""
+        cells: dict[Cell, list[float]] = {}
         for key, (a, b) in self.pairs.items():
-            logs.setdefault(key[:3], []).append(math.log(max(a, FLOOR) / max(b, FLOOR)))
-        return logs
+            cells.setdefault(key[:3], []).append(value(a, b))
+        return cells
 
     def _paths(self) -> dict[str, list[Cell]]:
         """Return the cells of each trajectory."""

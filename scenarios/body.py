@@ -41,11 +41,25 @@ class Body:
         tensor = (about[0, 0], about[0, 1], about[1, 1], about[0, 2], about[1, 2], about[2, 2])
         return np.array([self.mass, *(self.mass * self.com), *tensor])
 
+    @property
+    def rigid(self) -> "Body":
+        """What moves with the flange whatever happens: all of a rigid body."""
+        return self
+
     def scaled(self, factor: float) -> "Body":
         """Return the same shape with another density: mass and inertia times a factor, centre unchanged."""
         return Body(mass=self.mass * factor, com=self.com, inertia=self.inertia * factor)
 
-    def _key(self) -> tuple[float, bytes, bytes]:
+    def displaced(self, factor: float, shift: np.ndarray) -> "Body":
+        """Return the body as it hangs elsewhere with another density.
+
+        Args:
+            factor: Of mass and inertia.
+            shift: Of the centre of mass, shape (3,) [m].
+        """
+        return Body(mass=self.mass * factor, com=self.com + shift, inertia=self.inertia * factor)
+
+    def _key(self) -> tuple[object, ...]:
         # Adding zero turns -0.0 into 0.0, which equal numbers have to share.
         return self.mass, (self.com + 0.0).tobytes(), (self.inertia + 0.0).tobytes()
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..controllers import InvalidInput
 from .body import Body
 
 
@@ -27,6 +28,18 @@ class Container:
     inner_radius: float
     inner_height: float
     bottom_z: float
+
+    def __post_init__(self) -> None:
+        """Check that it is a body and has room."""
+        sizes = {"mass": self.mass, "inner radius": self.inner_radius, "inner height": self.inner_height}
+        for name, size in sizes.items():
+            if not (math.isfinite(size) and size > 0):
+                raise InvalidInput(f"{name} {size:g}", "container", "mass, inner radius and height are positive")
+        moments = self.inertia_diag
+        if not 0 <= 2.0 * max(moments) <= sum(moments) * (1.0 + 1e-9) < math.inf:
+            listed = ", ".join(f"{moment:g}" for moment in moments)
+            came = f"principal moments of {listed} kg m^2"
+            raise InvalidInput(came, "container", "no body has one above the sum of the other two")
 
     @property
     def volume(self) -> float:

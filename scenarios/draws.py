@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from .body import Body
+from .liquid import Liquid
 from .robots import Robot
 from .specification import RunSpecification
 from .streams import scenario_stream
@@ -25,6 +26,8 @@ LINK_MASS = 0.02
 """Largest share by which the mass and inertia of a link differ from the model's."""
 INITIAL_OFFSET = 5e-3
 """Largest distance of a joint from the plan at the first tick [rad]; the arm is at rest."""
+SLOSH_AMPLITUDE = 0.035
+"""Swing of a liquid at the first tick, about 2 degrees, a fifth of what the fast paths excite [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,8 +73,19 @@ class Draws:
 
     def carried(self, body: Body) -> Body:
         """Return a body of the load as it hangs there."""
-        drawn = body.scaled(self.payload_mass)
-        return Body(mass=drawn.mass, com=drawn.com + self.payload_centre, inertia=drawn.inertia)
+        return body.displaced(self.payload_mass, self.payload_centre)
+
+    def slosh(self, liquid: Liquid) -> tuple[np.ndarray, np.ndarray]:
+        """Return angles and rates of a liquid's pendulum at the first tick, from where it would rest.
+
+        Args:
+            liquid: The liquid.
+
+        Returns:
+            Angles [rad] and rates [rad/s] about the flange's x and y axes, each of shape (2,).
+        """
+        rate = SLOSH_AMPLITUDE * liquid.frequency
+        return SLOSH_AMPLITUDE * np.cos(self.slosh_phase), -rate * np.sin(self.slosh_phase)
 
     def as_table(self) -> dict[str, object]:
         """Return the draws as plain values."""

@@ -10,24 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ..controllers import TorquebenchError, discovery
-from .loads import LoadSchedule, Payload
-from .materials import SAND_DENSITY
-from .plants.plant import Plant
+from ..controllers import TorquebenchError
+from .gate_bench import build_plant, empty, heavy, random_states, relative, replays, rigid_oracle
+from .gate_liquid import LIQUID_CHECKS
+from .loads import LoadSchedule
 from .plants.pybullet_plant import PyBulletPlant
 from .robots import Robot
-from .tiers import Tier, build_tier
-
-
-def empty(robot: Robot) -> Payload:
-    """Return gripper and empty container, 1.5 kg on the Rizon 4s."""
-    return Payload(mass=robot.gripper_mass + robot.container.mass)
-
-
-def heavy(robot: Robot) -> Payload:
-    """Return the container with 2 kg of sand, or nearly full if it holds less."""
-    content = min(2.0, 0.9 * SAND_DENSITY * robot.container.volume)
-    return Payload(mass=empty(robot).mass + content, material="sand")
 
 
 class GateFailure(TorquebenchError):
@@ -75,7 +63,7 @@ def run_gate(robot: Robot, plant: str, *, states: int = 20) -> tuple[GateCheck, 
         The checks; see :func:`require` to insist on them.
     """
     checks = [*_inertia_checks(robot, plant, states)]
-    for name, check, allowed in CHECKS:
+    for name, check, allowed in (*CHECKS, *LIQUID_CHECKS):
         deviation = check(robot, plant, np.random.default_rng(1), states)
         checks.append(GateCheck(name=name, plant=plant, deviation=deviation, allowed=allowed))
     return tuple(checks)
@@ -96,22 +84,22 @@ def one_step(robot: Robot, plant: str, rng: np.random.Generator, states: int) ->
     """Return the largest relative error of a step's acceleration, with no, a third of and full rotor inertia."""
     worst = 0.0
     for scale in (0.0, 1.0 / 3.0, 1.0):
-        body, tier = _plant(robot, plant, heavy(robot), scale)
-        oracle = _oracle(robot, tier, heavy(robot))
-        for q, dq, torque in _states(robot, rng, states):
+        body, tier = build_plant(robot, plant, heavy(robot), scale)
+        oracle = rigid_oracle(robot, tier, heavy(robot))
+        for q, dq, torque in random_states(robot, rng, states):
             body.reset(q, dq)
             body.step(torque)
             expected = pin.aba(oracle, oracle.createData(), q, dq, torque)
-            worst = max(worst, _relative((body.dq - dq) / tier.period, expected))
+            worst = max(worst, relative((body.dq - dq) / tier.period, expected))
         body.close()
     return worst
 
 
 def position_update(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> float:
     """Return the largest deviation from q+ = q + h dq+, as far as a float64 can hold it [rad]."""
-    body, tier = _plant(robot, plant, heavy(robot))
+    body, tier = build_plant(robot, plant, heavy(robot))
     worst = 0.0
-    for q, dq, torque in _states(robot, rng, states):
+    for q, dq, torque in random_states(robot, rng, states):
         body.reset(q, dq)
         body.step(torque)
         worst = max(worst, float(np.max(np.abs(body.q - (q + tier.period * body.dq)))))
@@ -123,45 +111,34 @@ def load_switch(robot: Robot, plant: str, rng: np.random.Generator, states: int)
     """Return the largest relative error of the acceleration after a load was put on, and after it was taken off."""
     schedule = LoadSchedule(entries=((0.0, empty(robot)), (1.0, heavy(robot)), (2.0, empty(robot))))
     _, switches = schedule.slots(robot)
-    body, tier = _plant(robot, plant, schedule)
+    body, tier = build_plant(robot, plant, schedule)
     worst = 0.0
     for (_, active), (_, payload) in zip(switches, schedule.entries, strict=True):
         body.set_load(active)
-        oracle = _oracle(robot, tier, payload)
-        for q, dq, torque in _states(robot, rng, max(2, states // 4)):
+        oracle = rigid_oracle(robot, tier, payload)
+        for q, dq, torque in random_states(robot, rng, max(2, states // 4)):
             body.reset(q, dq)
             body.step(torque)
             expected = pin.aba(oracle, oracle.createData(), q, dq, torque)
-            worst = max(worst, _relative((body.dq - dq) / tier.period, expected))
+            worst = max(worst, relative((body.dq - dq) / tier.period, expected))
     body.close()
     return worst
 
 
 def replay(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> float:
     """Return 0 if a fresh plant, the same plant reset and a restart from (q, dq) agree to the bit, else 1."""
-    q, dq, _ = next(_states(robot, rng, 1))
-    torques = [torque for _, _, torque in _states(robot, rng, max(8, states))]
-    first, _ = _plant(robot, plant, heavy(robot))
-    path = _trajectory(first, q, 0.1 * dq, torques)
-    again = _trajectory(first, q, 0.1 * dq, torques)
-    half = len(torques) // 2
-    n = robot.n
-    restarted = _trajectory(first, path[half - 1, :n].copy(), path[half - 1, n:].copy(), torques[half:])
-    second, _ = _plant(robot, plant, heavy(robot))
-    fresh = _trajectory(second, q, 0.1 * dq, torques)
-    first.close()
-    second.close()
-    same = np.array_equal(path, again) and np.array_equal(path, fresh) and np.array_equal(path[half:], restarted)
-    return 0.0 if same else 1.0
+    q, dq, _ = next(random_states(robot, rng, 1))
+    torques = [torque for _, _, torque in random_states(robot, rng, max(8, states))]
+    return replays(robot, plant, heavy(robot), np.concatenate([q, 0.1 * dq]), torques)
 
 
 def force_at_rest(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> float:
     """Return the largest error of the force reading of a load held at rest [N, N m]."""
-    body, _ = _plant(robot, plant, heavy(robot))
+    body, _ = build_plant(robot, plant, heavy(robot))
     carried = [*robot.gripper_bodies, *heavy(robot).bodies(robot)]
     model = robot.model()
     worst = 0.0
-    for q in (robot.home, *(q for q, _, _ in _states(robot, rng, 3))):
+    for q in (robot.home, *(q for q, _, _ in random_states(robot, rng, 3))):
         body.reset(q, np.zeros(robot.n))
         down = model.flange_pose(q)[:3, :3].T @ np.array([0.0, 0.0, -9.81])
         force = sum((part.mass * down for part in carried), start=np.zeros(3))
@@ -182,13 +159,13 @@ CHECKS: tuple[tuple[str, Callable[[Robot, str, np.random.Generator, int], float]
 
 def _inertia_checks(robot: Robot, plant: str, states: int) -> Iterator[GateCheck]:
     """Compare PyBullet's own mass matrix and inverse dynamics with Pinocchio's; other plants have no second opinion."""
-    body, tier = _plant(robot, plant, heavy(robot), 0.0)
+    body, tier = build_plant(robot, plant, heavy(robot), 0.0)
     if not isinstance(body, PyBulletPlant):
         return
-    oracle = _oracle(robot, tier, heavy(robot))
+    oracle = rigid_oracle(robot, tier, heavy(robot))
     data = oracle.createData()
     mass, torque_error = 0.0, 0.0
-    for q, dq, ddq in _states(robot, np.random.default_rng(1), states):
+    for q, dq, ddq in random_states(robot, np.random.default_rng(1), states):
         rows = body.bullet.calculateMassMatrix(body.body, q.tolist(), physicsClientId=body.client)
         mass = max(mass, float(np.max(np.abs(np.asarray(rows) - pin.crba(oracle, data, q)))))
         args = (body.body, q.tolist(), dq.tolist(), ddq.tolist())
@@ -197,44 +174,3 @@ def _inertia_checks(robot: Robot, plant: str, states: int) -> Iterator[GateCheck
     body.close()
     yield GateCheck(name="mass matrix, kg m^2", plant=plant, deviation=mass, allowed=1e-12)
     yield GateCheck(name="inverse dynamics, N m", plant=plant, deviation=torque_error, allowed=1e-11)
-
-
-def _plant(robot: Robot, plant: str, load: Payload | LoadSchedule, scale: float = 1.0 / 3.0) -> tuple[Plant, Tier]:
-    """Build a plant without friction, with its first load and a share of the rotor inertia."""
-    tier = build_tier("gate", {"gate": {"armature_scale": scale}}, robot.rotor_inertia)
-    schedule = load if isinstance(load, LoadSchedule) else LoadSchedule.constant(load)
-    slots, switches = schedule.slots(robot)
-    body: Plant = discovery.load("plants", plant)(robot, tier, slots)  # type: ignore[operator]
-    body.set_load(switches[0][1])
-    return body, tier
-
-
-def _oracle(robot: Robot, tier: Tier, payload: Payload) -> pin.Model:
-    """Build a model with the load inside by another way: its bodies appended one by one at the flange."""
-    model = pin.buildModelFromXML(robot.urdf)
-    flange = model.frames[model.getFrameId(robot.flange_frame)]
-    for body in payload.bodies(robot):
-        inertia = pin.Inertia(body.mass, np.asarray(body.com, dtype=float), np.asarray(body.inertia, dtype=float))
-        model.appendBodyToJoint(flange.parentJoint, inertia, flange.placement)
-    model.armature = tier.rotor_inertia
-    return model
-
-
-def _states(robot: Robot, rng: np.random.Generator, count: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Yield random positions inside the limits, velocities, and a third array for torques or accelerations."""
-    low, high = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
-    for _ in range(count):
-        yield rng.uniform(low, high), rng.normal(size=robot.n), rng.normal(size=robot.n) * 0.2 * robot.effort
-
-
-def _trajectory(body: Plant, q: np.ndarray, dq: np.ndarray, torques: list[np.ndarray]) -> np.ndarray:
-    body.reset(q, dq)
-    rows = []
-    for torque in torques:
-        body.step(torque)
-        rows.append(np.concatenate([body.q, body.dq]))
-    return np.array(rows)
-
-
-def _relative(found: np.ndarray, expected: np.ndarray) -> float:
-    return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["Body", "LoadSchedule", "Material", "Payload", "combine"]
 
 Material = Callable[[float, Container], Body]
-"""Returns the body of a mass of the material in a container."""
+"""Returns the body of a mass of the material in a container; a :class:`~.liquid.Liquid` sloshes."""
 
 NO_MATERIAL = "none"
 MASS_RESOLUTION = 1e-9

@@ -1,4 +1,4 @@
-"""Materials in the container. A material is a function of its mass and the container that returns a rigid body."""
+"""Materials in the container. A material is a function of its mass and the container that returns a body."""
 
 import math
 
@@ -7,9 +7,16 @@ import numpy as np
 from ..controllers import InvalidInput
 from .body import Body
 from .container import Container
+from .liquid import Liquid, sloshing
 
 SAND_DENSITY = 1600.0
 """Bulk density of loose dry sand [kg/m^3]."""
+
+WATER_DENSITY = 1000.0
+"""Density of water [kg/m^3]."""
+
+WATER_VISCOSITY = 1e-6
+"""Kinematic viscosity of water at 20 degrees Celsius [m^2/s]."""
 
 
 def sand(content_mass: float, container: Container) -> Body:
@@ -29,6 +36,24 @@ def sand(content_mass: float, container: Container) -> Body:
         InvalidInput: If the mass is not positive or the container does not hold it.
     """
     return solid_cylinder("sand", content_mass, container, density=SAND_DENSITY)
+
+
+def water(content_mass: float, container: Container) -> Liquid:
+    """Return water that stands on the container's bottom and sloshes, see :mod:`~torquebench.scenarios.liquid`.
+
+    Args:
+        content_mass: Mass of the water [kg].
+        container: What it fills.
+
+    Returns:
+        The water in the flange frame; as a rigid body it is the frozen cylinder.
+
+    Raises:
+        InvalidInput: If the mass is not positive or the container does not hold it.
+    """
+    frozen = solid_cylinder("water", content_mass, container, density=WATER_DENSITY)
+    depth = 2.0 * (container.bottom_z - float(frozen.com[2]))
+    return sloshing(frozen, depth=depth, radius=container.inner_radius, viscosity=WATER_VISCOSITY)
 
 
 def solid_cylinder(name: str, content_mass: float, container: Container, *, density: float) -> Body:

@@ -73,11 +73,25 @@ class World:
         self.plant.reset(self.initial_q, np.zeros(self.robot.n))
         self._unloaded = self.plant.wrench.copy()
         self.plant.set_load(carried[0][1])
-        self.plant.reset(self.initial_q, np.zeros(self.robot.n))
+        self._place()
         self._untold = sum((body.parameters for body in untold), np.zeros(10))
         self.truth = PayloadTruth(parameters=self.plant.payload - self._untold)
         self.injection: np.ndarray | None = None
         self._model = self.robot.model(rotor_inertia=self.tier.rotor_inertia)
+
+    def _place(self) -> None:
+        """Put the arm at rest where the run starts; a liquid that is there swings as drawn."""
+        plant, n, still = self.plant, self.robot.n, np.zeros(self.robot.n)
+        plant.reset(self.initial_q, still)
+        if self.specification.draws and plant.pendulums:
+            angles, rates = plant.positions[n:].copy(), plant.velocities[n:].copy()
+            for pendulum in plant.pendulums:
+                if pendulum.active:
+                    here = slice(pendulum.joints.start - n, pendulum.joints.stop - n)
+                    swing, rate = self.draws.slosh(pendulum.liquid)
+                    angles[here] += swing
+                    rates[here] = rate
+            plant.reset(self.initial_q, still, slosh=(angles, rates))
 
     def task(self) -> Task:
         """Return what the controller is told before the run; the model is its own."""

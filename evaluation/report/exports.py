@@ -148,6 +148,9 @@ def _world(found: Findings) -> dict[str, object]:
             for name, families in found.by_set.items()
         },
         "against_next": [_comparison(found, pair) for lead in found.leads if (pair := lead.against_next) is not None],
+        "materials": [
+            {**asdict(contrast), "ratio": _comparison(found, contrast.ratio)} for contrast in found.materials
+        ],
         "failed": [
             {
                 "controller": run.row.controller, "trajectory": run.row.trajectory, "load": run.load,

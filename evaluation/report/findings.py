@@ -8,6 +8,7 @@ import numpy as np
 
 from ..comparison import MANY_FAILURES, Comparison, compare, compare_all, decide
 from ..errors import NothingToCompare
+from ..materials import MaterialContrast, contrast_all
 from ..metrics import METRICS
 from ..motion_sets import rows_in, sets_in
 from ..summary import Summary, summary
@@ -91,6 +92,12 @@ class Findings:
             }
             for name in sets_in(world.rows)
         }
+
+    @cached_property
+    def materials(self) -> tuple[MaterialContrast, ...]:
+        """What one content changes against another, for each headline metric, in the order of the tables."""
+        found = [contrast for metric in HEADLINES for contrast in contrast_all(self.world.rows, metric, WINDOW)]
+        return tuple(sorted(found, key=lambda contrast: self.order.index(contrast.controller)))
 
     @cached_property
     def failures(self) -> tuple[Run, ...]:

@@ -6,7 +6,18 @@ from dataclasses import dataclass
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from . import drawing, draws, fairness, headline, motion_set_tables, pairs, records, run_tables, split_tables
+from . import (
+    drawing,
+    draws,
+    fairness,
+    headline,
+    material_tables,
+    motion_set_tables,
+    pairs,
+    records,
+    run_tables,
+    split_tables,
+)
 from .charts import Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
@@ -33,6 +44,7 @@ class Section:
         ratios: Figures of ratios.
         dots: Figures of errors by trajectory, each with its table.
         masses: Tables of errors by mass.
+        materials: Tables of what one content changes against another.
         shape: Table of shape ranges.
         laps: Tables of errors by lap.
         motion_sets: Tables of old and new motions apart; empty unless both ran.
@@ -60,6 +72,7 @@ class Section:
     ratios: Sequence[Figure]
     dots: Sequence[tuple[Figure, Table]]
     masses: Sequence[Table]
+    materials: Sequence[Table]
     shape: Table
     laps: Sequence[Table]
     motion_sets: Sequence[Table]
@@ -151,6 +164,7 @@ def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Secti
         ratios=[figure for figure in ratios if figure is not None],
         dots=[(figure, table) for figure, table in dots if figure is not None],
         masses=[split_tables.mass_table(found, metric) for metric in HEADLINES],
+        materials=material_tables.material_tables(found),
         shape=split_tables.shape_table(found),
         laps=laps,
         motion_sets=[motion_set_tables.motion_set_table(found, metric) for metric in HEADLINES if found.by_set],

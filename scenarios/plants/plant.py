@@ -7,6 +7,9 @@ With rotor inertia A, friction f and a step h every plant moves by
 
 Friction is linearly implicit: its secant slope beta acts as inertia over one step, so that a step never reverses a
 velocity by friction. Pinocchio gives the acceleration; how it is integrated is the plant's own.
+
+A liquid on the flange adds two joints, see :mod:`~torquebench.scenarios.plants.pendulum`; they obey the same
+equations, its damping stands where friction does.
 """
 
 from abc import ABC, abstractmethod
@@ -16,10 +19,16 @@ import numba
 import numpy as np
 import pinocchio as pin
 
+from ...controllers import InvalidInput
 from ...controllers.kernels import bind
 from ..body import Body
+from ..liquid import Liquid
 from ..robots import Robot
 from ..tiers import Tier
+from .pendulum import Pendulum
+
+MOST_TILT = 60.0
+"""Tilt of the container beyond which no run with a liquid begins [deg]."""
 
 
 class Plant(ABC):
@@ -30,7 +39,10 @@ class Plant(ABC):
         dq: True joint velocities, shape (n,) [rad/s].
         wrench: What hangs on the flange exerts this on the arm, flange axes at its origin, force before torque,
             shape (6,) [N, N m]; that of the last step.
-        payload: The load beyond the gripper as ten parameters, shape (10,); refilled by :meth:`set_load`.
+        payload: The load beyond the gripper as ten parameters, liquids frozen at rest, shape (10,); refilled by
+            :meth:`set_load`.
+        positions: Positions of all joints, the arm's and two of each liquid's pendulum, shape (n + 2 k,) [rad].
+        velocities: Their velocities, shape (n + 2 k,) [rad/s].
     """
 
     name: str
@@ -45,18 +57,20 @@ class Plant(ABC):
         """
         self.robot, self.tier, self.slots = robot, tier, tuple(slots)
         model = pin.buildModelFromXML(robot.urdf)
-        model.armature = tier.rotor_inertia
-        self.model, self.data = model, model.createData()
-        self.q, self.dq, self.wrench = np.zeros(model.nv), np.zeros(model.nv), np.zeros(6)
-        self.payload = np.zeros(10)
         flange = model.frames[model.getFrameId(robot.flange_frame)]
+        liquids = [(slot, body) for slot, body in enumerate(self.slots) if isinstance(body, Liquid)]
+        self.pendulums = tuple(Pendulum(model, flange, slot, liquid) for slot, liquid in liquids)
+        self.model, self.data = model, model.createData()
+        self.positions, self.velocities = np.zeros(model.nv), np.zeros(model.nv)
+        self.q, self.dq = self.positions[: robot.n], self.velocities[: robot.n]
+        self.payload, self.wrench = np.zeros(10), np.zeros(6)
         self._joint, self._placement = flange.parentJoint, flange.placement.copy()
         self._bare_inertia = model.inertias[self._joint].copy()
         self._gripper = _combined(robot.gripper_bodies)
         self._spatial_inertia = np.zeros((6, 6))
         self._armature = model.armature
-        self._drive = np.zeros(model.nv)
-        self._torque = np.zeros(model.nv)
+        self._armature[: robot.n] = tier.rotor_inertia
+        self._drive, self._torque = np.zeros(model.nv), np.zeros(robot.n)
         self._take_views()
         self._bind_kernels()
         self.set_load((False,) * len(self.slots))
@@ -71,45 +85,97 @@ class Plant(ABC):
 
     def _bind_kernels(self) -> None:
         """Fix the arguments of what every step calls."""
-        tier = self.tier
+        tier, n = self.tier, self.robot.n
         friction, constants = (tier.coulomb, tier.viscous, tier.rotor_inertia), (tier.coulomb_velocity, tier.period)
-        self._resist = bind(_resist, self._torque, self.dq, friction, constants, self._drive, self._armature)
+        drive, armature = self._drive[:n], self._armature[:n]
+        self._resist = bind(_resist, self._torque, self.dq, friction, constants, drive, armature)
         self._measure = bind(
             _wrench_on_arm, self._flange_motion, self._flange_frame, self._spatial_inertia, self.wrench
         )
+        for pendulum in self.pendulums:
+            pendulum.bind(self.data, (self.positions, self.velocities), self._drive, self.wrench)
 
     def set_load(self, active: Sequence[bool]) -> None:
         """Switch the slots; joint positions and velocities stay as they are.
 
+        A liquid that was not there before starts at rest in the container, where gravity holds it.
+
         Args:
             active: For each slot whether its body is carried.
         """
-        load = _combined([body for body, on in zip(self.slots, active, strict=True) if on])
-        self.payload[:] = load.toDynamicParameters()
-        self.model.inertias[self._joint] = self._bare_inertia + self._placement.act(load)
-        np.copyto(self._spatial_inertia, (self._gripper + load).matrix())
+        carried = [body for body, on in zip(self.slots, active, strict=True) if on]
+        rigid = _combined([body.rigid for body in carried])
+        self.payload[:] = _combined(carried).toDynamicParameters()
+        self.model.inertias[self._joint] = self._bare_inertia + self._placement.act(rigid)
+        np.copyto(self._spatial_inertia, (self._gripper + rigid).matrix())
+        for pendulum in self.pendulums:
+            changed = pendulum.active != active[pendulum.slot]
+            pendulum.switch(self.model, active=active[pendulum.slot], step=self.tier.period)
+            if changed:
+                self._calm(pendulum)
 
-    def reset(self, q: np.ndarray, dq: np.ndarray) -> None:
+    def _calm(self, pendulum: Pendulum) -> None:
+        """Put a pendulum to rest where gravity holds it."""
+        self.positions[pendulum.joints] = pendulum.rest(self._down())
+        self.velocities[pendulum.joints] = 0.0
+
+    def _down(self) -> np.ndarray:
+        """Return the direction of gravity in flange axes, shape (3,)."""
+        pin.forwardKinematics(self.model, self.data, self.positions)
+        flange = self.data.oMi[self._joint] * self._placement
+        gravity = self.model.gravity.linear
+        return np.asarray(np.clip(flange.rotation.T @ (gravity / np.linalg.norm(gravity)), -1.0, 1.0))
+
+    def reset(self, q: np.ndarray, dq: np.ndarray, *, slosh: tuple[np.ndarray, np.ndarray] | None = None) -> None:
         """Place the arm.
 
         Args:
             q: Joint positions, shape (n,) [rad].
             dq: Joint velocities, shape (n,) [rad/s].
+            slosh: Angles and rates of the pendulums, each of shape (2 k,) [rad, rad/s]; None for liquids at rest.
+
+        Raises:
+            InvalidInput: If a liquid is to rest in a container that is tilted so far that it runs out.
         """
         np.copyto(self.q, q)
         np.copyto(self.dq, dq)
-        # The reading before the first step is the static one: the arm is held where it is placed.
-        pin.aba(self.model, self.data, self.q, np.zeros(self.model.nv), self.gravity())
+        if slosh is None:
+            self._check_upright()
+            for pendulum in self.pendulums:
+                self._calm(pendulum)
+        else:
+            self.positions[self.robot.n :], self.velocities[self.robot.n :] = slosh
+        # The reading before the first step is the static one: arm and liquid are held where they are placed.
+        held = pin.computeGeneralizedGravity(self.model, self.data, self.positions)
+        pin.aba(self.model, self.data, self.positions, np.zeros(self.model.nv), held)
         self.measure_wrench()
+
+    def _check_upright(self) -> None:
+        """Refuse to start with a liquid in a container that does not hold it."""
+        if not any(pendulum.active for pendulum in self.pendulums):
+            return
+        tilt = np.rad2deg(np.arccos(self._down()[2]))
+        if tilt > MOST_TILT:
+            came = f"a liquid in a container that is tilted by {tilt:.0f} degrees"
+            raise InvalidInput(came, "load", f"start with its axis within {MOST_TILT:g} degrees of upright")
 
     def gravity(self) -> np.ndarray:
         """Return the gravity torque with the load that is carried, shape (n,) [N m]."""
-        return np.array(pin.computeGeneralizedGravity(self.model, self.data, self.q))
+        return np.array(pin.computeGeneralizedGravity(self.model, self.data, self.positions)[: self.robot.n])
 
     def mass_matrix(self) -> np.ndarray:
-        """Return the inertia that the joints have, rotors and load included, shape (n, n) [kg m^2]."""
-        self._armature[:] = self.tier.rotor_inertia
-        return np.array(pin.crba(self.model, self.data, self.q))
+        """Return the inertia that the joints have, rotors and load included, shape (n, n) [kg m^2].
+
+        What sloshes is free to stay behind: it counts with what it holds against a torque, not with its mass.
+        """
+        self._armature[: self.robot.n] = self.tier.rotor_inertia
+        rest, n = np.zeros(self.model.nv), self.robot.n
+        held = np.array(pin.rnea(self.model, self.data, self.positions, rest, rest))
+        # Column by column: a liquid's joints may stand out of the order that the composite-body algorithm needs.
+        rows = [pin.rnea(self.model, self.data, self.positions, rest, unit) - held for unit in np.eye(self.model.nv)]
+        inertia = np.array(rows)
+        coupled = inertia[:n, n:]
+        return np.asarray(inertia[:n, :n] - coupled @ np.linalg.solve(inertia[n:, n:], coupled.T))
 
     def step(self, torque: np.ndarray) -> None:
         """Move on by one control period.
@@ -119,17 +185,21 @@ class Plant(ABC):
         """
         np.copyto(self._torque, torque)
         self._resist()
-        pin.aba(self.model, self.data, self.q, self.dq, self._drive)
+        for pendulum in self.pendulums:
+            pendulum.resist()
+        pin.aba(self.model, self.data, self.positions, self.velocities, self._drive)
         self.measure_wrench()
         self._integrate()
 
     def measure_wrench(self) -> None:
         """Refill ``wrench`` from the flange's motion in the last dynamics pass."""
         self._measure()
+        for pendulum in self.pendulums:
+            pendulum.add_to_wrench()
 
     @abstractmethod
     def _integrate(self) -> None:
-        """Advance ``q`` and ``dq`` by one period from ``_drive``, ``_armature`` and ``_ddq``."""
+        """Advance ``positions`` and ``velocities`` by one period from ``_drive``, ``_armature`` and ``_ddq``."""
 
     def close(self) -> None:  # noqa: B027 - most plants hold nothing
         """Release what the plant holds."""

@@ -19,8 +19,10 @@ import numpy as np
 
 from ...controllers import InvalidInput
 from ...controllers.kernels import bind
+from ..axes import principal_axes
 from ..body import Body
-from ..robots import Robot, slot_name
+from ..liquid import Liquid
+from ..robots import Robot, slosh_names, slot_name
 from ..tiers import Tier
 from .plant import Plant
 
@@ -60,16 +62,13 @@ class PyBulletPlant(Plant):
         count = bullet.getNumJoints(self.body, physicsClientId=client)
         infos = [bullet.getJointInfo(self.body, i, physicsClientId=client) for i in range(count)]
         links = {info[1].decode(): i for i, info in enumerate(infos)}
-        self.joints = [links[name] for name in robot.joint_names]
+        sloshing = [slosh_names(i) for i, body in enumerate(slots) if isinstance(body, Liquid)]
+        self.joints = [links[name] for name in (*robot.joint_names, *(name for pair in sloshing for name in pair))]
         slot_links = {info[12].decode(): i for i, info in enumerate(infos)}
         self._slot_links = [slot_links[slot_name(i)] for i in range(len(slots))]
-        self._slot_inertias = [self._inertia_of(link) for link in self._slot_links]
+        # Not read back: Bullet loads a liquid's core, which is no body by itself, with moments of zero.
+        self._slot_inertias = [(body.rigid.mass, principal_axes(body.rigid.inertia)[0].tolist()) for body in slots]
         self._disarm(count)
-
-    def _inertia_of(self, link: int) -> tuple[float, list[float]]:
-        """Return mass and principal inertia of a link as loaded."""
-        info = self.bullet.getDynamicsInfo(self.body, link, physicsClientId=self.client)
-        return info[0], list(info[2])
 
     def _disarm(self, count: int) -> None:
         """Switch off motors, damping and speed clamps."""
@@ -86,18 +85,28 @@ class PyBulletPlant(Plant):
         """Switch the slots in both models; Bullet needs mass and inertia in one call."""
         super().set_load(active)
         for on, link, (mass, inertia) in zip(active, self._slot_links, self._slot_inertias, strict=True):
-            self.bullet.changeDynamics(
-                self.body,
-                link,
-                mass=mass if on else 0.0,
-                localInertiaDiagonal=inertia if on else [0.0, 0.0, 0.0],
-                physicsClientId=self.client,
-            )
+            self._weigh(link, mass if on else 0.0, inertia if on else [0.0, 0.0, 0.0])
+        for pendulum in self.pendulums:
+            # Bullet holds a joint that carries nothing, so an idle pendulum needs no inertia of its own here.
+            link = self.joints[pendulum.joints.stop - 1]
+            self._weigh(link, pendulum.liquid.bob_mass if pendulum.active else 0.0, [0.0, 0.0, 0.0])
+            self._place(pendulum.joints)
 
-    def reset(self, q: np.ndarray, dq: np.ndarray) -> None:
+    def _weigh(self, link: int, mass: float, inertia: list[float]) -> None:
+        """Give a link a mass and principal moments."""
+        self.bullet.changeDynamics(
+            self.body, link, mass=mass, localInertiaDiagonal=inertia, physicsClientId=self.client
+        )
+
+    def reset(self, q: np.ndarray, dq: np.ndarray, *, slosh: tuple[np.ndarray, np.ndarray] | None = None) -> None:
         """Place the arm; position and velocity are its complete state."""
-        super().reset(q, dq)
-        for joint, position, velocity in zip(self.joints, q.tolist(), dq.tolist(), strict=True):
+        super().reset(q, dq, slosh=slosh)
+        self._place(slice(None))
+
+    def _place(self, which: slice) -> None:
+        """Place joints where the model has them."""
+        states = (self.joints[which], self.positions[which].tolist(), self.velocities[which].tolist())
+        for joint, position, velocity in zip(*states, strict=True):
             self.bullet.resetJointState(
                 self.body, joint, targetValue=position, targetVelocity=velocity, physicsClientId=self.client
             )
@@ -110,7 +119,7 @@ class PyBulletPlant(Plant):
             body, joints, bullet.TORQUE_CONTROL, forces=self._sent.tolist(), physicsClientId=client
         )
         bullet.stepSimulation(physicsClientId=client)
-        q, dq = self.q, self.dq
+        q, dq = self.positions, self.velocities
         for i, joint in enumerate(bullet.getJointStates(body, joints, physicsClientId=client)):
             q[i], dq[i] = joint[0], joint[1]
 

@@ -1,7 +1,7 @@
 """Arms: their description, the URDF texts written from it, and the files that robots come from."""
 
 from .capsules import Capsule
-from .description import Description, Joint, Link, slot_name
+from .description import Description, Joint, Link, slosh_names, slot_name
 from .robot import Robot
 from .robot_file import load_robot, read_robot, rizon4s
 from .urdf import parse_urdf, read_urdf
@@ -17,5 +17,6 @@ __all__ = [
     "read_robot",
     "read_urdf",
     "rizon4s",
+    "slosh_names",
     "slot_name",
 ]

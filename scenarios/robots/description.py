@@ -13,6 +13,7 @@ import numpy as np
 from ...controllers import InvalidInput
 from ..axes import principal_axes, rotation_from_rpy, rpy_from_rotation
 from ..body import Body
+from ..liquid import Liquid
 from .capsules import Capsule, capsule_visuals
 
 Vector = tuple[float, float, float]
@@ -94,6 +95,20 @@ class Joint:
         return self.kind != "fixed"
 
 
+FREE = Joint(
+    name="",
+    parent="",
+    child="",
+    kind="revolute",
+    axis=(1.0, 0.0, 0.0),
+    lower=-SIMULATOR_LIMIT,
+    upper=SIMULATOR_LIMIT,
+    velocity=SIMULATOR_LIMIT,
+    effort=SIMULATOR_LIMIT,
+)
+"""A joint about x that nothing limits."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Description:
     """A fixed-base arm: links, joints, and what the eye sees.
@@ -165,14 +180,26 @@ class Description:
 
         Args:
             flange: Link that carries the slots.
-            slots: Bodies in the flange frame; slot i is the link :func:`slot_name` of i, with its true mass.
+            slots: Bodies in the flange frame; slot i is the link :func:`slot_name` of i, with its true mass, and a
+                liquid's pendulum hangs on the joints :func:`slosh_names` of i.
         """
         # Bullet's inverse dynamics takes gravity along the base's principal axes; a fixed base needs none.
         base = next(link for link in self.links if self.carrier(link.name) is None)
         loaded = replace(self, links=tuple(replace(link, rpy=ZERO) if link is base else link for link in self.links))
         for index, body in enumerate(slots):
-            loaded = loaded.with_fixed(Link.from_body(slot_name(index), body), parent=flange)
+            loaded = loaded.with_fixed(Link.from_body(slot_name(index), body.rigid), parent=flange)
+            if isinstance(body, Liquid):
+                loaded = loaded._with_pendulum(body, slosh_names(index), flange)
         return loaded._text((), widened=True)
+
+    def _with_pendulum(self, liquid: Liquid, names: tuple[str, str], flange: str) -> "Description":
+        """Return the description with a liquid's two joints and its point mass; links are named as their joints."""
+        about_x, about_y = names
+        across = replace(FREE, name=about_x, parent=flange, child=about_x, xyz=(0.0, 0.0, liquid.hinge_z))
+        along = replace(FREE, name=about_y, parent=about_x, child=about_y, axis=(0.0, 1.0, 0.0))
+        bob = Link(name=about_y, mass=liquid.bob_mass, com=(0.0, 0.0, liquid.length))
+        links = (*self.links, Link(name=about_x), bob)
+        return replace(self, links=links, joints=(*self.joints, across, along))
 
     def _text(self, capsules: Sequence[Capsule], *, widened: bool) -> str:
         """Write all links and joints."""
@@ -189,6 +216,11 @@ class Description:
 def slot_name(index: int) -> str:
     """Return the link name of a payload slot."""
     return f"payload_slot_{index}"
+
+
+def slosh_names(index: int) -> tuple[str, str]:
+    """Return the names of the two joints, about x and y of the flange, of the liquid in a payload slot."""
+    return f"payload_slosh_x_{index}", f"payload_slosh_y_{index}"
 
 
 def vector(values: Sequence[float] | np.ndarray) -> Vector:

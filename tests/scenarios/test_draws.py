@@ -276,3 +276,16 @@ def test_any_arm_draws_as_many_numbers_as_it_has_joints(drawn_run, planar_robot)
             next(link for link in robot.description.links if link.name == joint.child) for robot in (planar_robot, arm)
         )
         assert after.mass == before.mass * factor
+
+
+def test_drawn_water_swings_at_its_own_amplitude_and_phase(drawn_run):
+    """The phase alone says nothing: angle and rate together are one point of the mode's circle."""
+    wet = LoadSchedule.constant(Payload(mass=3.5, material="water"))
+    world = World(drawn_run(controller="computed_torque", schedule=wet), wet)
+    (pendulum,) = world.plant.pendulums
+    angles, rates = world.draws.slosh(pendulum.liquid)
+    assert world.plant.velocities[-2:] == pytest.approx(rates)
+    assert world.plant.positions[-2:] - angles == pytest.approx(pendulum.rest(world.plant._down()))
+    energy = np.square(angles) + np.square(rates / pendulum.liquid.frequency)
+    assert np.sqrt(energy) == pytest.approx(np.full(2, rule.SLOSH_AMPLITUDE), rel=1e-12)
+    world.plant.close()

@@ -1,9 +1,11 @@
 """The gate: what a plant must prove, and that it would find out one that cannot."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from torquebench.controllers import TorquebenchError, UnknownName, discovery
 from torquebench.scenarios.gate import CHECKS, GateCheck, GateFailure, require, run_gate
+from torquebench.scenarios.gate_liquid import LIQUID_CHECKS
 from torquebench.scenarios.plants.pinocchio_plant import PinocchioPlant
 
 ALLOWED = {
@@ -14,11 +16,16 @@ ALLOWED = {
     "load on and off against a rebuilt model, relative": 1e-12,
     "replay from reset, reload and (q, dq), bitwise": 0.0,
     "force reading at rest, N": 1e-9,
+    "one step with water against forward dynamics, relative": 1e-12,
+    "water held at rest against frozen water, N m": 1e-11,
+    "water in and out against rebuilt models, relative": 1e-12,
+    "replay with water from its whole state, bitwise": 0.0,
+    "force reading of water at rest, N": 1e-9,
 }
 
 
 def test_the_rizon_passes_on_every_plant_over_two_hundred_states(rizon, plant_name):
-    """F1 to F5 and F9 with the tolerances of the tests, none of them loosened."""
+    """F1 to F6, F8 and F9 with the tolerances of the tests, none of them loosened."""
     checks = run_gate(rizon, plant_name, states=200)
     for check in checks:
         assert check.allowed == ALLOWED[check.name]
@@ -27,9 +34,9 @@ def test_the_rizon_passes_on_every_plant_over_two_hundred_states(rizon, plant_na
 
 
 def test_pybullet_is_asked_for_its_own_mass_matrix_too(rizon, has_pybullet):
-    """Seven checks; the Pinocchio plant has no second opinion on F1."""
+    """Two checks more; the Pinocchio plant has no second opinion on F1."""
     assert {check.name for check in run_gate(rizon, "pybullet", states=2)} == set(ALLOWED)
-    assert len(run_gate(rizon, "pinocchio", states=2)) == len(CHECKS)
+    assert len(run_gate(rizon, "pinocchio", states=2)) == len(CHECKS) + len(LIQUID_CHECKS)
 
 
 def test_an_arm_of_two_joints_passes_as_well(planar_robot, plant_name):
@@ -41,8 +48,8 @@ class Explicit(PinocchioPlant):
     """Moves with the old velocity."""
 
     def _integrate(self):
-        self.q += self.tier.period * self.dq
-        self.dq += self.tier.period * self._ddq
+        self.positions += self.tier.period * self.velocities
+        self.velocities += self.tier.period * self._ddq
 
 
 class Lighter(PinocchioPlant):
@@ -62,6 +69,50 @@ class Sticky(PinocchioPlant):
         if not self.loaded or not any(active):
             super().set_load(active)
         self.loaded = any(active)
+
+
+class Frozen(PinocchioPlant):
+    """Carries water as if it were ice."""
+
+    def step(self, torque):
+        for pendulum in self.pendulums:
+            self.velocities[pendulum.joints] = 0.0
+        super().step(torque)
+
+
+class Adrift(PinocchioPlant):
+    """Forgets how fast the water moved when it is placed again."""
+
+    def reset(self, q, dq, *, slosh=None):
+        super().reset(q, dq, slosh=slosh and (slosh[0], np.zeros_like(slosh[1])))
+
+
+class Spilled(PinocchioPlant):
+    """Keeps the bob of water that was taken away."""
+
+    def set_load(self, active):
+        super().set_load(active)
+        for pendulum in self.pendulums:
+            active = pendulum.active
+            pendulum.switch(self.model, active=True, step=self.tier.period)
+            pendulum.active = active
+
+
+class Deaf(PinocchioPlant):
+    """Does not feel the bob."""
+
+    def measure_wrench(self):
+        self._measure()
+
+
+class TopHeavy(PinocchioPlant):
+    """Hangs the bob a millimetre too high."""
+
+    def set_load(self, active):
+        super().set_load(active)
+        if self.pendulums:
+            bob = self.model.inertias[self.model.njoints - 1]
+            self.model.inertias[self.model.njoints - 1] = pin.Inertia(bob.mass, bob.lever - [0, 0, 1e-3], bob.inertia)
 
 
 class Drifting(PinocchioPlant):
@@ -91,6 +142,11 @@ class Upside(PinocchioPlant):
         (Sticky, "load on and off against a rebuilt model, relative"),
         (Drifting, "replay from reset, reload and (q, dq), bitwise"),
         (Upside, "force reading at rest, N"),
+        (Frozen, "one step with water against forward dynamics, relative"),
+        (TopHeavy, "water held at rest against frozen water, N m"),
+        (Spilled, "water in and out against rebuilt models, relative"),
+        (Adrift, "replay with water from its whole state, bitwise"),
+        (Deaf, "force reading of water at rest, N"),
     ],
 )
 def test_each_check_finds_the_plant_that_it_is_for(rizon, monkeypatch, wrong, check):
