@@ -114,6 +114,7 @@ def test_figures_that_are_differences_and_quotients_are_those_of_the_others(monk
     assert figures["plant step"].value == 6.0
     assert figures["computed torque, end to end"].met
     assert not figures["flexiv_factory tick"].met
+    assert {name: figures[f"{name} tick"].bar for name in speed.TICK_BARS} == speed.TICK_BARS
     assert not [name for name in figures if "PyBullet" in name]
 
 
@@ -141,3 +142,12 @@ def test_holding_ends_at_a_second_and_needs_no_knowledge(run_of):
     assert outcome.failure is None
     assert len(outcome.log) == 1000
     assert np.abs(outcome.log["dq"]).max() < 1e-9
+
+
+def test_a_controller_that_is_not_installed_is_left_out(monkeypatch):
+    """The harness without the classical side still measures itself."""
+    for name in ("tick_time", "plant_time", "wrench_time", "bullet_time", "end_to_end", "call_time"):
+        monkeypatch.setattr(speed, name, lambda *_: 1.0)
+    monkeypatch.setattr(speed.discovery, "names", lambda kind: ("computed_torque",))
+    figures = measure_speed("pinocchio", evaluate=lambda log: None)
+    assert [figure.name for figure in figures if figure.name.endswith(" tick")] == ["computed_torque tick"]
