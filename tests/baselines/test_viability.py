@@ -29,8 +29,26 @@ def test_a_bang_bang_demand_never_leaves_the_limits(share):
         dq = dq + H * np.clip(demand, least, most)
         q = q + H * dq
         overshoot, excess = max(overshoot, np.max(np.abs(q) - LIMIT)), max(excess, np.max(np.abs(dq) - SPEED))
-    assert overshoot <= 1e-9 and excess <= 1e-9
+    assert overshoot <= 1e-12 and excess <= 1e-12
     assert overshoot > -1e-3, "the limits were never reached"
+
+
+def test_the_rizon_never_leaves_its_limits(rizon):
+    """The same demand on the arm of the comparison, margins as the program has them: the overshoot is zero."""
+    lower, upper, speed = rizon.lower + 0.02, rizon.upper - 0.02, 0.98 * rizon.velocity
+    reach = np.array([40.0, 40.0, 60.0, 60.0, 150.0, 150.0, 200.0])
+    rng, least, most = np.random.default_rng(0), np.empty(7), np.empty(7)
+    q, dq, demand, closest = 0.5 * (lower + upper), np.zeros(7), np.full(7, 1000.0), np.full(7, np.inf)
+    for _ in range(20_000):
+        demand = np.where(rng.random(7) < 0.002, -demand, demand)
+        viable_accelerations(q, dq, lower, upper, speed, reach, reach, H, least, most)
+        assert np.all(least <= most)
+        dq = dq + H * np.clip(demand, least, most)
+        q = q + H * dq
+        closest = np.minimum(closest, np.minimum(upper - q, q - lower))
+        assert np.all(np.abs(dq) <= speed + 1e-12)
+    assert np.all(closest >= -1e-12)
+    assert np.all(closest < 1e-6), "the limits were never reached"
 
 
 def test_the_one_step_bound_overshoots():
