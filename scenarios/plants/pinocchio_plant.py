@@ -9,5 +9,5 @@ class PinocchioPlant(Plant):
     name = "pinocchio"
 
     def _integrate(self) -> None:
-        self.dq += self.tier.period * self._ddq
-        self.q += self.tier.period * self.dq
+        self.dq += self._step * self._ddq
+        self.q += self._step * self.dq

@@ -20,6 +20,7 @@ from ...controllers.kernels import bind
 from ..body import Body
 from ..robots import Robot
 from ..tiers import Tier
+from .motors import Motors
 
 
 class Plant(ABC):
@@ -28,6 +29,9 @@ class Plant(ABC):
     Attributes:
         q: True joint positions, shape (n,) [rad]; refilled by every step.
         dq: True joint velocities, shape (n,) [rad/s].
+        theta: True motor positions, shape (n,) [rad]; ``q`` itself where motor and link are one.
+        dtheta: True motor velocities, shape (n,) [rad/s]; ``dq`` itself where motor and link are one.
+        torque: What acted on the links over the last step, rotors and friction aside, shape (n,) [N m].
         wrench: What hangs on the flange exerts this on the arm, flange axes at its origin, force before torque,
             shape (6,) [N, N m]; that of the last step.
         payload: The load beyond the gripper as ten parameters, shape (10,); refilled by :meth:`set_load`.
@@ -57,6 +61,11 @@ class Plant(ABC):
         self._armature = model.armature
         self._drive = np.zeros(model.nv)
         self._torque = np.zeros(model.nv)
+        self._motors = None if tier.elasticity is None else Motors(tier, tier.elasticity)
+        moving = (self.q, self.dq, self._torque)
+        self.theta, self.dtheta, self.torque = moving if self._motors is None else self._motors.state
+        self._step = tier.step
+        self._substeps = range(1 if tier.elasticity is None else tier.elasticity.substeps)
         self._take_views()
         self._bind_kernels()
         self.set_load((False,) * len(self.slots))
@@ -73,7 +82,10 @@ class Plant(ABC):
         """Fix the arguments of what every step calls."""
         tier = self.tier
         friction, constants = (tier.coulomb, tier.viscous, tier.rotor_inertia), (tier.coulomb_velocity, tier.period)
-        self._resist = bind(_resist, self._torque, self.dq, friction, constants, self._drive, self._armature)
+        if self._motors is None:
+            self._resist = bind(_resist, self._torque, self.dq, friction, constants, self._drive, self._armature)
+        else:
+            self._resist = self._motors.bind(self._torque, self.q, self.dq, self._drive, self._armature)
         self._measure = bind(
             _wrench_on_arm, self._flange_motion, self._flange_frame, self._spatial_inertia, self.wrench
         )
@@ -101,6 +113,8 @@ class Plant(ABC):
         # The reading before the first step is the static one: the arm is held where it is placed.
         pin.aba(self.model, self.data, self.q, np.zeros(self.model.nv), self.gravity())
         self.measure_wrench()
+        if self._motors is not None:
+            self._motors.rest(self.q, self.dq, self.gravity())
 
     def gravity(self) -> np.ndarray:
         """Return the gravity torque with the load that is carried, shape (n,) [N m]."""
@@ -115,13 +129,15 @@ class Plant(ABC):
         """Move on by one control period.
 
         Args:
-            torque: What the drives produce, before friction, shape (n,) [N m].
+            torque: What the drives produce, before friction; what torque loops are asked for where joints are
+                elastic; shape (n,) [N m].
         """
         np.copyto(self._torque, torque)
-        self._resist()
-        pin.aba(self.model, self.data, self.q, self.dq, self._drive)
+        for _ in self._substeps:
+            self._resist()
+            pin.aba(self.model, self.data, self.q, self.dq, self._drive)
+            self._integrate()
         self.measure_wrench()
-        self._integrate()
 
     def measure_wrench(self) -> None:
         """Refill ``wrench`` from the flange's motion in the last dynamics pass."""
@@ -129,7 +145,7 @@ class Plant(ABC):
 
     @abstractmethod
     def _integrate(self) -> None:
-        """Advance ``q`` and ``dq`` by one period from ``_drive``, ``_armature`` and ``_ddq``."""
+        """Advance ``q`` and ``dq`` by the tier's step from ``_drive``, ``_armature`` and ``_ddq``."""
 
     def close(self) -> None:  # noqa: B027 - most plants hold nothing
         """Release what the plant holds."""
