@@ -45,6 +45,14 @@ class Elasticity:
         """Rotor inertia that the torque loop leaves apparent, shape (n,) [kg m^2]."""
         return np.asarray(self.motor_inertia / (1.0 + self.torque_gain))
 
+    def current_share(self, step: float) -> float:
+        """Return the share of its way to the wanted torque that the current loop goes in one step.
+
+        Args:
+            step: Integration step [s].
+        """
+        return 1.0 - float(np.exp(-step / self.current_lag)) if self.current_lag > 0.0 else 1.0
+
 
 def build_elasticity(table: Mapping[str, object], rotor_inertia: np.ndarray) -> Elasticity | None:
     """Make the constants from a tier's table, None if it gives no joint stiffness.

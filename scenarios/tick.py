@@ -24,8 +24,8 @@ def frame_dtype(n: int) -> np.dtype:
     """Return the record of one tick of an n-joint arm; also a row of the log.
 
     ``q``, ``dq``, ``wrench`` are true, ``*_measured`` what the sensors gave; ``command`` is what the controller
-    returned, ``limited`` what the limiter made of it, ``torque`` what was left of it after delay and lag; in the log what
-    acted on the links.
+    returned, ``limited`` what the limiter made of it, ``torque`` what was left of it after delay and lag; in the log
+    what acted on the links.
     """
     joints = ("q", "dq", "q_measured", "dq_measured", "command", "limited", "torque")
     fields: list[tuple[str, str, int]] = [(name, "f8", n) for name in joints]

@@ -51,9 +51,14 @@ class Tier:
     elasticity: Elasticity | None = None
 
     @property
+    def substeps(self) -> int:
+        """Integration steps of the plant in one control period."""
+        return 1 if self.elasticity is None else self.elasticity.substeps
+
+    @property
     def step(self) -> float:
         """Integration step of the plant [s]."""
-        return self.period if self.elasticity is None else self.period / self.elasticity.substeps
+        return self.period / self.substeps
 
     def actuation(self, effort: np.ndarray) -> Actuation:
         """Return the tier's published facts for controllers.

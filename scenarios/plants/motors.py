@@ -26,11 +26,6 @@ class Motors:
         self._current, self._substep = np.zeros(n), np.zeros(1, np.int64)
         self._tier, self._elasticity = tier, elasticity
 
-    @property
-    def state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The arrays of positions, velocities and mean torque."""
-        return self.theta, self.dtheta, self.torque
-
     def bind(
         self, asked: np.ndarray, q: np.ndarray, dq: np.ndarray, drive: np.ndarray, armature: np.ndarray
     ) -> Callable[[], None]:
@@ -44,10 +39,9 @@ class Motors:
             armature: Rotor inertia that the links carry, set to zero: the rotors move on their own [kg m^2].
         """
         tier, joints = self._tier, self._elasticity
-        lag = joints.current_lag
-        share = 1.0 - float(np.exp(-tier.step / lag)) if lag > 0.0 else 1.0
         motors = (self.theta, self.dtheta, self._current, self.torque, self._substep)
         rows = (joints.stiffness, joints.damping, joints.motor_inertia, joints.rate_gain, tier.coulomb, tier.viscous)
+        share = joints.current_share(tier.step)
         scalars = (joints.torque_gain, share, tier.coulomb_velocity, tier.step, joints.substeps)
         return bind(_turn, asked, q, dq, motors, rows, scalars, drive, armature)
 

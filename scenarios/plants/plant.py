@@ -62,10 +62,10 @@ class Plant(ABC):
         self._drive = np.zeros(model.nv)
         self._torque = np.zeros(model.nv)
         self._motors = None if tier.elasticity is None else Motors(tier, tier.elasticity)
-        moving = (self.q, self.dq, self._torque)
-        self.theta, self.dtheta, self.torque = moving if self._motors is None else self._motors.state
-        self._step = tier.step
-        self._substeps = range(1 if tier.elasticity is None else tier.elasticity.substeps)
+        self.theta, self.dtheta, self.torque = self.q, self.dq, self._torque
+        if self._motors is not None:
+            self.theta, self.dtheta, self.torque = self._motors.theta, self._motors.dtheta, self._motors.torque
+        self._step, self._substeps = tier.step, range(tier.substeps)
         self._take_views()
         self._bind_kernels()
         self.set_load((False,) * len(self.slots))

@@ -45,7 +45,8 @@ class Bench:
         self.memory = np.zeros(1, memory_dtype(n, delay=tier.delay_ticks, latency=latency))
         self.log, self.table = np.zeros(ticks, frame_dtype(n)), np.zeros(ticks, target_dtype(n))
         self.q, self.dq, self.wrench, self.k = np.zeros(n), np.zeros(n), np.zeros(6), 0
-        self.state = (self.q, self.dq, self.wrench)
+        self.theta, self.dtheta = self.q, self.dq
+        self.state = (self.q, self.dq, self.theta, self.dtheta, self.wrench)
 
     def records(self):
         """Return what both kernels of a tick work on."""
@@ -55,7 +56,7 @@ class Bench:
         """Hold the arm at a position."""
         self.q[:] = q
         self.wrench[:] = np.zeros(6) if wrench is None else wrench
-        start_memory(self.memory, self.constants, self.q, self.wrench, HELD)
+        start_memory(self.memory, self.constants, self.theta, self.wrench, HELD)
         return self
 
     def sense(self):
