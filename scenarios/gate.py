@@ -16,7 +16,7 @@ from .materials import SAND_DENSITY
 from .plants.plant import Plant
 from .plants.pybullet_plant import PyBulletPlant
 from .robots import Robot
-from .tiers import Tier, build_tier
+from .tiers import Tier, build_tier, default_tiers
 
 
 def empty(robot: Robot) -> Payload:
@@ -171,12 +171,29 @@ def force_at_rest(robot: Robot, plant: str, rng: np.random.Generator, states: in
     return worst
 
 
+def elastic_period(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> float:
+    """Return the largest relative error of both sides' velocity changes in a period with elastic joints."""
+    constants = default_tiers(robot.effort, robot.rotor_inertia)["elastic"] | {"coulomb": 0.0, "viscous": 0.0}
+    tier = build_tier("gate", {"gate": constants}, robot.rotor_inertia)
+    body, oracle = _plant_on(robot, plant, heavy(robot), tier), _oracle(robot, tier, heavy(robot))
+    oracle.armature = np.zeros(robot.n)
+    worst = 0.0
+    for q, dq, torque in _states(robot, rng, max(2, states // 4)):
+        body.reset(q, dq)
+        body.step(torque)
+        links, motors = _elastic_period(oracle, tier, q, dq, torque)
+        worst = max(worst, _relative(body.dq - dq, links - dq), _relative(body.dtheta - dq, motors - dq))
+    body.close()
+    return worst
+
+
 CHECKS: tuple[tuple[str, Callable[[Robot, str, np.random.Generator, int], float], float], ...] = (
     ("one step against forward dynamics, relative", one_step, 1e-12),
     ("position update, rad", position_update, 1e-15),
     ("load on and off against a rebuilt model, relative", load_switch, 1e-12),
     ("replay from reset, reload and (q, dq), bitwise", replay, 0.0),
     ("force reading at rest, N", force_at_rest, 1e-9),
+    ("a period with elastic joints, relative", elastic_period, 1e-11),
 )
 
 
@@ -202,11 +219,16 @@ def _inertia_checks(robot: Robot, plant: str, states: int) -> Iterator[GateCheck
 def _plant(robot: Robot, plant: str, load: Payload | LoadSchedule, scale: float = 1.0 / 3.0) -> tuple[Plant, Tier]:
     """Build a plant without friction, with its first load and a share of the rotor inertia."""
     tier = build_tier("gate", {"gate": {"armature_scale": scale}}, robot.rotor_inertia)
+    return _plant_on(robot, plant, load, tier), tier
+
+
+def _plant_on(robot: Robot, plant: str, load: Payload | LoadSchedule, tier: Tier) -> Plant:
+    """Build a plant on a tier with its first load."""
     schedule = load if isinstance(load, LoadSchedule) else LoadSchedule.constant(load)
     slots, switches = schedule.slots(robot)
     body: Plant = discovery.load("plants", plant)(robot, tier, slots)  # type: ignore[operator]
     body.set_load(switches[0][1])
-    return body, tier
+    return body
 
 
 def _oracle(robot: Robot, tier: Tier, payload: Payload) -> pin.Model:
@@ -218,6 +240,24 @@ def _oracle(robot: Robot, tier: Tier, payload: Payload) -> pin.Model:
         model.appendBodyToJoint(flange.parentJoint, inertia, flange.placement)
     model.armature = tier.rotor_inertia
     return model
+
+
+def _elastic_period(
+    oracle: pin.Model, tier: Tier, q: np.ndarray, dq: np.ndarray, torque: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return link and motor velocities after a period that begins with springs that carry gravity, without friction."""
+    joints, data = tier.elasticity, oracle.createData()
+    assert joints is not None
+    current = pin.computeGeneralizedGravity(oracle, data, q).copy()
+    theta, dtheta = q + current / joints.stiffness, dq.copy()
+    for _ in range(joints.substeps):
+        spring = joints.stiffness * (theta - q) + joints.damping * (dtheta - dq)
+        feedback = joints.torque_gain * (torque - spring) - joints.rate_gain * joints.stiffness * (dtheta - dq)
+        current = current + joints.current_share(tier.step) * (torque + feedback - current)
+        dq = dq + tier.step * pin.aba(oracle, data, q, dq, spring)
+        dtheta = dtheta + tier.step * (current - spring) / joints.motor_inertia
+        q, theta = q + tier.step * dq, theta + tier.step * dtheta
+    return dq, dtheta
 
 
 def _states(robot: Robot, rng: np.random.Generator, count: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
