@@ -5,7 +5,6 @@ from functools import lru_cache
 import numpy as np
 
 from ..controllers import InvalidInput, PayloadTruth, Task, discovery
-from .elastic_loop import check_substeps
 from .episode import Episode, Outcome
 from .loads import LoadSchedule
 from .log import RunLog, quaternions
@@ -56,7 +55,6 @@ class World:
         self.loads = {round((when + lead_in) / period): active for when, active in switches[1:]}
         self.plant.set_load(switches[0][1])
         self.plant.reset(self.table["q"][0], np.zeros(self.robot.n))
-        check_substeps(self.tier, self.plant.mass_matrix())
         self.truth = PayloadTruth(parameters=self.plant.payload.copy())
         self._model = self.robot.model(rotor_inertia=self.tier.rotor_inertia)
 

@@ -133,7 +133,26 @@ def test_a_step_too_long_for_the_springs_is_the_tier_s_fault_and_said_so(turntab
         if stable:
             check_substeps(tier, mass)
         else:
-            with pytest.raises(InvalidInput, match=r"tier 'stiff': 1 substeps: .* give more substeps"):
+            with pytest.raises(InvalidInput, match=r"tier 'stiff': .* unstable with substeps = 1; give substeps = 2"):
                 check_substeps(tier, mass)
     tier = build_tier("elastic", rizon.tiers, rizon.rotor_inertia)
     check_substeps(tier, rizon.model(rotor_inertia=tier.rotor_inertia).mass_matrix(rizon.home))
+
+
+def test_an_arm_with_too_light_a_wrist_is_told_how_many_substeps_it_needs(tmp_path, urdf_of):
+    """And with them it goes."""
+    (tmp_path / "arm.urdf").write_text(urdf_of("zyzyzyz"))
+    stiffness, inertia = [9e3] * 4 + [900.0] * 3, [1.0] * 7
+    springs = f"joint_stiffness = {stiffness}\nmotor_inertia = {inertia}"
+    file = tmp_path / "arm.toml"
+
+    def check(substeps):
+        head = 'schema = 1\nname = "arm"\nurdf = "arm.urdf"\n[tiers.elastic]\njoint_damping_time = 0.001\n'
+        file.write_text(f"{head}{springs}\nsubsteps = {substeps}\n")
+        robot = read_robot(file)
+        tier = build_tier("elastic", robot.tiers, robot.rotor_inertia)
+        check_substeps(tier, robot.model(rotor_inertia=tier.rotor_inertia).mass_matrix(robot.home))
+
+    with pytest.raises(InvalidInput, match="give substeps = ") as caught:
+        check(2)
+    check(int(str(caught.value).rsplit(" ", 1)[1]))
