@@ -31,7 +31,8 @@ class Plant(ABC):
         dq: True joint velocities, shape (n,) [rad/s].
         theta: True motor positions, shape (n,) [rad]; ``q`` itself where motor and link are one.
         dtheta: True motor velocities, shape (n,) [rad/s]; ``dq`` itself where motor and link are one.
-        torque: What acted on the links over the last step, rotors and friction aside, shape (n,) [N m].
+        torque: What acted over the last step, before friction, shape (n,) [N m]; where joints are elastic, the mean of
+            what their springs gave to the links.
         wrench: What hangs on the flange exerts this on the arm, flange axes at its origin, force before torque,
             shape (6,) [N, N m]; that of the last step.
         payload: The load beyond the gripper as ten parameters, shape (10,); refilled by :meth:`set_load`.
