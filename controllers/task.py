@@ -15,11 +15,14 @@ class Actuation:
     Attributes:
         tier: Name of the tier.
         delay_ticks: Ticks between command and torque.
-        torque_lag: Time constant of the torque loop, 0 if there is none [s].
+        torque_lag: Time constant of the torque loop, 0 if there is none [s]; of the current loop where joints are
+            elastic.
         velocity_filter_hz: Corner of the velocity filter, None if velocity is exact [Hz].
         effort: Torque limits, shape (n,) [N m].
         torque_rate: Torque rate limits, shape (n,), None if the tier has none [N m/s].
         rotor_inertia: Apparent rotor inertia at the joints, shape (n,) [kg m^2].
+        joint_stiffness: Stiffness between motor and link, shape (n,), None where they are one [N m/rad]. Where they
+            are not, measured positions are the links' and measured velocities the motors'.
     """
 
     tier: str
@@ -29,6 +32,7 @@ class Actuation:
     effort: np.ndarray
     torque_rate: np.ndarray | None
     rotor_inertia: np.ndarray
+    joint_stiffness: np.ndarray | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

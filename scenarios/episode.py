@@ -131,7 +131,7 @@ def run_episode(episode: Episode) -> Outcome:
     memory = np.zeros(1, memory_dtype(n, delay=tier.delay_ticks))
     outcome = Outcome(log=np.zeros(ticks, frame_dtype(n)), memory=memory)
     plant = episode.plant
-    start_memory(memory, episode.constants, plant.q, plant.wrench, plant.gravity())
+    start_memory(memory, episode.constants, plant.theta, plant.wrench, plant.gravity())
     frame["limited"] = frame["torque"] = episode.nominal_gravity
     recorder = _Recorder([])
     started = time.perf_counter()
@@ -154,7 +154,9 @@ def _ticks(episode: Episode, frame: np.ndarray, target: np.ndarray, outcome: Out
     plant, provider, controller = episode.plant, episode.provider, episode.controller
     table, memory, constants, noise, log = episode.table, outcome.memory, episode.constants, episode.noise, outcome.log
     observation, plan = observe(frame), aim(target, episode.reference)
-    state, command, torque = (plant.q, plant.dq, plant.wrench), frame["command"][0], frame["torque"][0]
+    state = (plant.q, plant.dq, plant.theta, plant.dtheta, plant.wrench)
+    command, torque = frame["command"][0], frame["torque"][0]
+    acted, logged = plant.torque, log["torque"]
     begin = bind(begin_tick, frame, target, table, memory, constants, state, noise, tick=True)
     end = bind(end_tick, frame, target, log, memory, constants, tick=True)
     if episode.disturbance is not None:
@@ -191,6 +193,7 @@ def _ticks(episode: Episode, frame: np.ndarray, target: np.ndarray, outcome: Out
         if spent > CALL_LIMIT * 1e9:
             raise RunFailure("time-out", f"one call took {spent * 1e-9:.1f} s, allowed {CALL_LIMIT:g} s")
         step(torque)
+        logged[k] = acted
         yield k
 
 

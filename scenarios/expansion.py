@@ -7,6 +7,7 @@ from functools import partial
 
 from ..controllers import STANDARD_LEVELS, InvalidInput, UnknownName, build_controller, discovery, knowledge_levels
 from .benchmark import Benchmark, Sweep, schedules
+from .elastic_loop import check_substeps
 from .loads import LoadSchedule
 from .perturbation import Perturbation
 from .robots import Robot
@@ -51,6 +52,7 @@ def expand(benchmark: Benchmark, *, plug_ins: Mapping[str, object] | None = None
     plant = _plant(benchmark, notes)
     robot = cached_robot(benchmark.robot, benchmark.tool)
     tier = build_tier(benchmark.tier, robot.tiers, robot.rotor_inertia)
+    check_substeps(tier, robot.model(rotor_inertia=tier.rotor_inertia).mass_matrix(robot.home))
     found: dict[str, RunSpecification] = {}
     used: set[str] = set()
     world = _world(benchmark, robot, plant)

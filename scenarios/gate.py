@@ -11,11 +11,12 @@ import numpy as np
 import pinocchio as pin
 
 from ..controllers import TorquebenchError
-from .gate_bench import build_plant, empty, heavy, random_states, relative, replays, rigid_oracle
+from .gate_bench import build_plant, build_plant_on, empty, heavy, random_states, relative, replays, rigid_oracle
 from .gate_liquid import LIQUID_CHECKS
 from .loads import LoadSchedule
 from .plants.pybullet_plant import PyBulletPlant
 from .robots import Robot
+from .tiers import Tier, build_tier, default_tiers
 
 
 class GateFailure(TorquebenchError):
@@ -148,12 +149,29 @@ def force_at_rest(robot: Robot, plant: str, rng: np.random.Generator, states: in
     return worst
 
 
+def elastic_period(robot: Robot, plant: str, rng: np.random.Generator, states: int) -> float:
+    """Return the largest relative error of both sides' velocity changes in a period with elastic joints."""
+    constants = default_tiers(robot.effort, robot.rotor_inertia)["elastic"] | {"coulomb": 0.0, "viscous": 0.0}
+    tier = build_tier("gate", {"gate": constants}, robot.rotor_inertia)
+    body, oracle = build_plant_on(robot, plant, heavy(robot), tier), rigid_oracle(robot, tier, heavy(robot))
+    oracle.armature = np.zeros(robot.n)
+    worst = 0.0
+    for q, dq, torque in random_states(robot, rng, max(2, states // 4)):
+        body.reset(q, dq)
+        body.step(torque)
+        links, motors = _elastic_period(oracle, tier, q, dq, torque)
+        worst = max(worst, relative(body.dq - dq, links - dq), relative(body.dtheta - dq, motors - dq))
+    body.close()
+    return worst
+
+
 CHECKS: tuple[tuple[str, Callable[[Robot, str, np.random.Generator, int], float], float], ...] = (
     ("one step against forward dynamics, relative", one_step, 1e-12),
     ("position update, rad", position_update, 1e-15),
     ("load on and off against a rebuilt model, relative", load_switch, 1e-12),
     ("replay from reset, reload and (q, dq), bitwise", replay, 0.0),
     ("force reading at rest, N", force_at_rest, 1e-9),
+    ("a period with elastic joints, relative", elastic_period, 1e-11),
 )
 
 
@@ -174,3 +192,21 @@ def _inertia_checks(robot: Robot, plant: str, states: int) -> Iterator[GateCheck
     body.close()
     yield GateCheck(name="mass matrix, kg m^2", plant=plant, deviation=mass, allowed=1e-12)
     yield GateCheck(name="inverse dynamics, N m", plant=plant, deviation=torque_error, allowed=1e-11)
+
+
+def _elastic_period(
+    oracle: pin.Model, tier: Tier, q: np.ndarray, dq: np.ndarray, torque: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return link and motor velocities after a period that begins with springs that carry gravity, without friction."""
+    joints, data = tier.elasticity, oracle.createData()
+    assert joints is not None
+    current = pin.computeGeneralizedGravity(oracle, data, q).copy()
+    theta, dtheta = q + current / joints.stiffness, dq.copy()
+    for _ in range(joints.substeps):
+        spring = joints.stiffness * (theta - q) + joints.damping * (dtheta - dq)
+        feedback = joints.torque_gain * (torque - spring) - joints.rate_gain * joints.stiffness * (dtheta - dq)
+        current = current + joints.current_share(tier.step) * (torque + feedback - current)
+        dq = dq + tier.step * pin.aba(oracle, data, q, dq, spring)
+        dtheta = dtheta + tier.step * (current - spring) / joints.motor_inertia
+        q, theta = q + tier.step * dq, theta + tier.step * dtheta
+    return dq, dtheta

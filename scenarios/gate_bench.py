@@ -33,11 +33,16 @@ def watery(robot: Robot) -> Payload:
 def build_plant(robot: Robot, plant: str, load: Payload | LoadSchedule, scale: float = 1.0 / 3.0) -> tuple[Plant, Tier]:
     """Build a plant without friction, with its first load and a share of the rotor inertia."""
     tier = build_tier("gate", {"gate": {"armature_scale": scale}}, robot.rotor_inertia)
+    return build_plant_on(robot, plant, load, tier), tier
+
+
+def build_plant_on(robot: Robot, plant: str, load: Payload | LoadSchedule, tier: Tier) -> Plant:
+    """Build a plant on a tier with its first load."""
     schedule = load if isinstance(load, LoadSchedule) else LoadSchedule.constant(load)
     slots, switches = schedule.slots(robot)
     body: Plant = discovery.load("plants", plant)(robot, tier, slots)  # type: ignore[operator]
     body.set_load(switches[0][1])
-    return body, tier
+    return body
 
 
 def rigid_oracle(robot: Robot, tier: Tier, payload: Payload) -> pin.Model:

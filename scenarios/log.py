@@ -18,7 +18,7 @@ class RunLog:
         ddq_ref: Planned joint accelerations, shape (N, n) [rad/s^2].
         tau_cmd: What the controller returned, shape (N, n) [N m].
         tau_lim: What the limiter made of it, shape (N, n) [N m].
-        tau: What acted at the joints, shape (N, n) [N m].
+        tau: What acted at the joints, shape (N, n) [N m]; where they are elastic, what the springs gave to the links.
         p: True tool positions in the base frame, shape (N, 3) [m].
         p_ref: Planned tool positions, shape (N, 3) [m].
         quat: True tool attitudes, xyzw, shape (N, 4).

@@ -74,10 +74,11 @@ def measure_speed(plant: str, *, evaluate: Evaluate) -> tuple[Figure, ...]:
     Returns:
         The figures, each the best of five repeats.
     """
-    ideal, actuated = tick_time(plant, "ideal"), tick_time(plant, "actuated")
+    ideal, actuated, elastic = (tick_time(plant, tier) for tier in ("ideal", "actuated", "elastic"))
     figures = [
         Figure(name="tick without a controller, ideal", value=ideal, unit="us"),
         Figure(name="tick without a controller, actuated", value=actuated, unit="us"),
+        Figure(name="tick without a controller, elastic", value=elastic, unit="us", bar=60.0),
         Figure(name="actuated over ideal", value=actuated / ideal, unit="1", bar=2.0),
     ]
     world = World(_specification("computed_torque", plant, "ideal"), LOAD)

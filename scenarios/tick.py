@@ -28,7 +28,8 @@ def frame_dtype(n: int) -> np.dtype:
     """Return the record of one tick of an n-joint arm; also a row of the log.
 
     ``q``, ``dq``, ``wrench`` are true, ``*_measured`` what the sensors gave; ``command`` is what the controller
-    returned, ``limited`` what the limiter made of it, ``torque`` what acted after delay and lag.
+    returned, ``limited`` what the limiter made of it, ``torque`` what was left of it after delay and lag; in the log
+    what acted on the links.
     """
     joints = ("q", "dq", "q_measured", "dq_measured", "command", "limited", "torque")
     fields: list[tuple[str, str, int]] = [(name, "f8", n) for name in joints]
@@ -112,12 +113,12 @@ def _filter_gain(corner_hz: float | None, period: float) -> float:
 
 
 @numba.njit(cache=True)
-def start_memory(memory, constants, q, wrench, gravity):  # type: ignore[no-untyped-def]
+def start_memory(memory, constants, theta, wrench, gravity):  # type: ignore[no-untyped-def]
     """Put sensors and drives at rest: the arm is held by its true gravity torque."""
     m, c = memory[0], constants[0]
     m.acting = -1
-    for i in range(q.shape[0]):
-        m.position[i] = _quantised(q[i], c.quantum)
+    for i in range(theta.shape[0]):
+        m.position[i] = _quantised(theta[i], c.quantum)
         m.velocity[i] = 0.0
         m.previous[i] = gravity[i]
         m.torque[i] = gravity[i]
@@ -143,22 +144,23 @@ def begin_tick(frame, target, table, memory, constants, state, noise, k):  # typ
         table: Plan of every tick of the run.
         memory: What sensors remember, shape (1,).
         constants: The run's constants, shape (1,).
-        state: True positions, velocities and wrench.
+        state: True positions, velocities, motor positions, motor velocities and wrench: encoders for the position
+            sit at the links, those that velocity comes from at the motors.
         noise: Force sensor noise, shape (ticks, 6) or (1, 6) where there is none.
         k: Number of the tick.
     """
     f, m, c = frame[0], memory[0], constants[0]
-    q, dq, wrench = state
+    q, dq, theta, dtheta, wrench = state
     target[0] = table[k]
     for i in range(q.shape[0]):
         f.q[i], f.dq[i] = q[i], dq[i]
         if c.quantum > 0.0 or c.velocity_gain < 1.0:
-            position = _quantised(q[i], c.quantum)
+            position = _quantised(theta[i], c.quantum)
             m.velocity[i] += c.velocity_gain * ((position - m.position[i]) / c.period - m.velocity[i])
             m.position[i] = position
-            f.q_measured[i], f.dq_measured[i] = position, m.velocity[i]
+            f.q_measured[i], f.dq_measured[i] = _quantised(q[i], c.quantum), m.velocity[i]
         else:
-            f.q_measured[i], f.dq_measured[i] = q[i], dq[i]
+            f.q_measured[i], f.dq_measured[i] = q[i], dtheta[i]
     row = k if noise.shape[0] > 1 else 0
     for i in range(6):
         f.wrench[i] = wrench[i]

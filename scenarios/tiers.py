@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from ..controllers import Actuation, UnknownName
+from .elasticity import Elasticity, build_elasticity
 from .validation import Number, Record, as_tuple
 
 
@@ -30,6 +31,7 @@ class Tier:
         wrench_noise: Standard deviation of the force and torque noise, shape (6,) [N, N m].
         wrench_bias: Standard deviation of the bias, drawn once a run, shape (6,) [N, N m].
         wrench_filter_hz: Corner of the force and torque filter, None without [Hz].
+        elasticity: Constants of elastic joints, None where motor and link are one.
     """
 
     name: str
@@ -46,6 +48,17 @@ class Tier:
     wrench_noise: np.ndarray
     wrench_bias: np.ndarray
     wrench_filter_hz: float | None
+    elasticity: Elasticity | None = None
+
+    @property
+    def substeps(self) -> int:
+        """Integration steps of the plant in one control period."""
+        return 1 if self.elasticity is None else self.elasticity.substeps
+
+    @property
+    def step(self) -> float:
+        """Integration step of the plant [s]."""
+        return self.period / self.substeps
 
     def actuation(self, effort: np.ndarray) -> Actuation:
         """Return the tier's published facts for controllers.
@@ -54,14 +67,16 @@ class Tier:
             effort: Torque limits of the arm, shape (n,) [N m].
         """
         limited = bool(np.isfinite(self.torque_rate).any())
+        joints = self.elasticity
         return Actuation(
             tier=self.name,
             delay_ticks=self.delay_ticks,
-            torque_lag=self.torque_lag,
+            torque_lag=self.torque_lag if joints is None else joints.current_lag,
             velocity_filter_hz=self.velocity_filter_hz,
             effort=effort.copy(),
             torque_rate=self.torque_rate.copy() if limited else None,
             rotor_inertia=self.rotor_inertia.copy(),
+            joint_stiffness=None if joints is None else joints.stiffness.copy(),
         )
 
 
@@ -76,6 +91,13 @@ class TierTable(Record):
     delay_ticks: Annotated[int, Field(ge=0)] = 0
     torque_loop_time_constant: NotNegative = 0.0
     torque_rate_limit: Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] = ()
+    joint_stiffness: Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] = ()
+    joint_damping_time: NotNegative = 0.0
+    motor_inertia: Annotated[tuple[Positive, ...], BeforeValidator(as_tuple)] = ()
+    torque_feedback_gain: NotNegative = 0.0
+    torque_feedback_damping_ratio: NotNegative = 0.0
+    current_loop_time_constant: NotNegative = 0.0
+    substeps: Annotated[int, Field(ge=1)] = 1
     coulomb: Annotated[tuple[NotNegative, ...], BeforeValidator(as_tuple)] = ()
     viscous: Annotated[tuple[NotNegative, ...], BeforeValidator(as_tuple)] = ()
     coulomb_velocity_scale: Positive = 1.0
@@ -86,13 +108,15 @@ class TierTable(Record):
     ft_filter_hz: NotNegative = 0.0
 
 
-def default_tiers(effort: np.ndarray) -> dict[str, dict[str, object]]:
+def default_tiers(effort: np.ndarray, rotor_inertia: np.ndarray) -> dict[str, dict[str, object]]:
     """Return tiers for an arm whose file gives none: drives scaled to its torque limits.
 
-    The shares are those of the Rizon 4s: 130 times the limit in a second, friction of 0.6 percent of it.
+    The shares are those of the Rizon 4s: 130 times the limit in a second, friction of 0.6 percent of it, springs that
+    give 1/140 rad at the limit. A joint without a rotor gets one of 0.02 kg m^2 for each newton metre in ``elastic``.
 
     Args:
         effort: Torque limits, shape (n,) [N m].
+        rotor_inertia: Rotor inertia, 0 where nothing is known, shape (n,) [kg m^2].
     """
     friction = tuple(0.006 * effort)
     actuated: dict[str, object] = {
@@ -109,7 +133,18 @@ def default_tiers(effort: np.ndarray) -> dict[str, dict[str, object]]:
         "ft_filter_hz": 100.0,
     }
     tight = actuated | {"torque_rate_limit": tuple(32.5 * effort)}
-    return {"ideal": {}, "actuated": actuated, "tight_rate": tight, "paper_bullet": {"armature_scale": 0.0}}
+    elastic = actuated | {
+        "torque_loop_time_constant": 0.0,
+        "joint_stiffness": tuple(140.0 * effort),
+        "joint_damping_time": 0.001,
+        "motor_inertia": tuple(np.where(rotor_inertia > 0.0, rotor_inertia, 0.02 * effort)),
+        "torque_feedback_gain": 2.0,
+        "torque_feedback_damping_ratio": 1.0,
+        "current_loop_time_constant": 0.0005,
+        "substeps": 4,
+    }
+    bare: dict[str, object] = {"armature_scale": 0.0}
+    return {"ideal": {}, "actuated": actuated, "tight_rate": tight, "elastic": elastic, "paper_bullet": bare}
 
 
 def build_tier(name: str, constants: Mapping[str, Mapping[str, object]], rotor_inertia: np.ndarray) -> Tier:
@@ -122,6 +157,7 @@ def build_tier(name: str, constants: Mapping[str, Mapping[str, object]], rotor_i
 
     Raises:
         UnknownName: If the robot has no such tier.
+        InvalidInput: If it has elastic joints and no rotors.
     """
     if name not in constants:
         raise UnknownName("tier", name, tuple(constants))
@@ -137,11 +173,12 @@ def build_tier(name: str, constants: Mapping[str, Mapping[str, object]], rotor_i
     def optional(key: str) -> float | None:
         return number(key) or None
 
-    bits = optional("encoder_bits")
+    bits, joints = optional("encoder_bits"), build_elasticity(table, rotor_inertia)
+    scaled = number("armature_scale", 1.0) * rotor_inertia
     return Tier(
         name=name,
         period=number("dt", 1e-3),
-        rotor_inertia=number("armature_scale", 1.0) * rotor_inertia,
+        rotor_inertia=scaled if joints is None else joints.apparent_inertia,
         delay_ticks=int(number("delay_ticks")),
         torque_lag=number("torque_loop_time_constant"),
         torque_rate=row("torque_rate_limit", np.inf),
@@ -153,4 +190,5 @@ def build_tier(name: str, constants: Mapping[str, Mapping[str, object]], rotor_i
         wrench_noise=row("ft_noise_sigma", 0.0, 6),
         wrench_bias=row("ft_bias_sigma", 0.0, 6),
         wrench_filter_hz=optional("ft_filter_hz"),
+        elasticity=joints,
     )

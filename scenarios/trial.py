@@ -10,6 +10,7 @@ import numpy as np
 
 from ..controllers import Refusal, check_inertia, discovery, hook
 from .diagnostics import figures
+from .elastic_loop import check_springs
 from .episode import Outcome, describe, run_episode
 from .log import RunLog
 from .result import FAILED, OK, REFUSED, RunResult, Scores
@@ -87,7 +88,10 @@ def _reset(world: World, controller: object) -> object:
         if reason:
             raise Refusal(str(reason))
         controller.reset(task)  # type: ignore[attr-defined]
-        check_inertia(hook(controller, "design_inertia")(), world.plant.mass_matrix(), task.period)  # type: ignore[operator]
+        design = hook(controller, "design_inertia")()  # type: ignore[operator]
+        mass_matrix = world.plant.mass_matrix()
+        check_inertia(design, mass_matrix, task.period)
+        check_springs(design, world.tier, mass_matrix)
     return provider
 
 

@@ -9,5 +9,5 @@ class PinocchioPlant(Plant):
     name = "pinocchio"
 
     def _integrate(self) -> None:
-        self.velocities += self.tier.period * self._ddq
-        self.positions += self.tier.period * self.velocities
+        self.velocities += self._step * self._ddq
+        self.positions += self._step * self.velocities

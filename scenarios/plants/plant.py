@@ -25,6 +25,7 @@ from ..body import Body
 from ..liquid import Liquid
 from ..robots import Robot
 from ..tiers import Tier
+from .motors import Motors
 from .pendulum import Pendulum
 
 MOST_TILT = 60.0
@@ -37,6 +38,10 @@ class Plant(ABC):
     Attributes:
         q: True joint positions, shape (n,) [rad]; refilled by every step.
         dq: True joint velocities, shape (n,) [rad/s].
+        theta: True motor positions, shape (n,) [rad]; ``q`` itself where motor and link are one.
+        dtheta: True motor velocities, shape (n,) [rad/s]; ``dq`` itself where motor and link are one.
+        torque: What acted over the last step, before friction, shape (n,) [N m]; where joints are elastic, the mean of
+            what their springs gave to the links.
         wrench: What hangs on the flange exerts this on the arm, flange axes at its origin, force before torque,
             shape (6,) [N, N m]; that of the last step.
         payload: The load beyond the gripper as ten parameters, liquids frozen at rest, shape (10,); refilled by
@@ -71,6 +76,12 @@ class Plant(ABC):
         self._armature = model.armature
         self._armature[: robot.n] = tier.rotor_inertia
         self._drive, self._torque = np.zeros(model.nv), np.zeros(robot.n)
+        self._motors = None if tier.elasticity is None else Motors(tier, tier.elasticity)
+        self.theta, self.dtheta, self.torque = self.q, self.dq, self._torque
+        if self._motors is not None:
+            self.theta, self.dtheta, self.torque = self._motors.theta, self._motors.dtheta, self._motors.torque
+        self._step = tier.step
+        self._is_last = tuple(k == tier.substeps - 1 for k in range(tier.substeps))
         self._take_views()
         self._bind_kernels()
         self.set_load((False,) * len(self.slots))
@@ -88,7 +99,10 @@ class Plant(ABC):
         tier, n = self.tier, self.robot.n
         friction, constants = (tier.coulomb, tier.viscous, tier.rotor_inertia), (tier.coulomb_velocity, tier.period)
         drive, armature = self._drive[:n], self._armature[:n]
-        self._resist = bind(_resist, self._torque, self.dq, friction, constants, drive, armature)
+        if self._motors is None:
+            self._resist = bind(_resist, self._torque, self.dq, friction, constants, drive, armature)
+        else:
+            self._resist = self._motors.bind(self._torque, self.q, self.dq, drive, armature)
         self._measure = bind(
             _wrench_on_arm, self._flange_motion, self._flange_frame, self._spatial_inertia, self.wrench
         )
@@ -110,7 +124,7 @@ class Plant(ABC):
         np.copyto(self._spatial_inertia, (self._gripper + rigid).matrix())
         for pendulum in self.pendulums:
             changed = pendulum.active != active[pendulum.slot]
-            pendulum.switch(self.model, active=active[pendulum.slot], step=self.tier.period)
+            pendulum.switch(self.model, active=active[pendulum.slot], step=self.tier.step)
             if changed:
                 self._calm(pendulum)
 
@@ -149,6 +163,8 @@ class Plant(ABC):
         held = pin.computeGeneralizedGravity(self.model, self.data, self.positions)
         pin.aba(self.model, self.data, self.positions, np.zeros(self.model.nv), held)
         self.measure_wrench()
+        if self._motors is not None:
+            self._motors.rest(self.q, self.dq, self.gravity())
 
     def _check_upright(self) -> None:
         """Refuse to start with a liquid in a container that does not hold it."""
@@ -181,15 +197,19 @@ class Plant(ABC):
         """Move on by one control period.
 
         Args:
-            torque: What the drives produce, before friction, shape (n,) [N m].
+            torque: What the drives produce, before friction; what torque loops are asked for where joints are
+                elastic; shape (n,) [N m].
         """
         np.copyto(self._torque, torque)
-        self._resist()
-        for pendulum in self.pendulums:
-            pendulum.resist()
-        pin.aba(self.model, self.data, self.positions, self.velocities, self._drive)
-        self.measure_wrench()
-        self._integrate()
+        for is_last in self._is_last:
+            self._resist()
+            for pendulum in self.pendulums:
+                pendulum.resist()
+            pin.aba(self.model, self.data, self.positions, self.velocities, self._drive)
+            if is_last:
+                # Before the step moves on: what a pendulum adds depends on where it was.
+                self.measure_wrench()
+            self._integrate()
 
     def measure_wrench(self) -> None:
         """Refill ``wrench`` from the flange's motion in the last dynamics pass."""
@@ -199,7 +219,7 @@ class Plant(ABC):
 
     @abstractmethod
     def _integrate(self) -> None:
-        """Advance ``positions`` and ``velocities`` by one period from ``_drive``, ``_armature`` and ``_ddq``."""
+        """Advance ``positions`` and ``velocities`` by the tier's step from ``_drive``, ``_armature`` and ``_ddq``."""
 
     def close(self) -> None:  # noqa: B027 - most plants hold nothing
         """Release what the plant holds."""

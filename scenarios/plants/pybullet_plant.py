@@ -50,7 +50,7 @@ class PyBulletPlant(Plant):
         bullet, client = self.bullet, self.client
         bullet.resetSimulation(physicsClientId=client)
         bullet.setGravity(0.0, 0.0, -9.81, physicsClientId=client)
-        bullet.setTimeStep(tier.period, physicsClientId=client)
+        bullet.setTimeStep(tier.step, physicsClientId=client)
         # Bullet caches URDF files by name: the folder's unique name keeps two robots of one process apart.
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "arm.urdf"

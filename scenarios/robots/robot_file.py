@@ -165,6 +165,7 @@ def _assemble(table: RobotTable, description: Description, tool: str, where: str
     if np.any(home < lower) or np.any(home > upper):
         joint = int(np.argmax((home < lower) | (home > upper)))
         raise InvalidInput(f"home of joint {joint + 1} is {home[joint]:g} rad", where, "inside its limits")
+    rotor_inertia = _row(table.rotor_inertia, np.zeros(n), "rotor_inertia", n, where)
     gripper = table.gripper
     return Robot(
         name=table.name,
@@ -174,12 +175,12 @@ def _assemble(table: RobotTable, description: Description, tool: str, where: str
         tool=tool,
         tool_offset=table.tools[tool],
         home=home,
-        rotor_inertia=_row(table.rotor_inertia, np.zeros(n), "rotor_inertia", n, where),
+        rotor_inertia=rotor_inertia,
         gripper=None
         if gripper is None
         else Body(mass=gripper.mass, com=np.array(gripper.com), inertia=np.diag(gripper.inertia_diag)),
         container=Container(**table.container.model_dump()),
-        tiers=default_tiers(effort) | _tiers(table.tiers, n, where),
+        tiers=default_tiers(effort, rotor_inertia) | _tiers(table.tiers, n, where),
         sources=table.sources,
     )
 

@@ -28,7 +28,7 @@ def test_the_guard_s_caps_show_in_the_gains_of_the_tier_without_rotor_inertia():
 
 def test_an_unmeasured_tier_or_arm_names_the_command():
     """One line says how to get them."""
-    for tier, joints in (("elastic", 7), ("actuated", 6)):
+    for tier, joints in (("no_such_tier", 7), ("actuated", 6)):
         with pytest.raises(InvalidInput, match="torquebench train gains"):
             mean_gains(tier, joints)
 

@@ -244,3 +244,11 @@ def test_whatever_a_run_would_stumble_over_is_found_before_the_first(expanded, c
     with pytest.raises((InvalidInput, UnknownName)) as error:
         expanded('controllers = ["Law"]', changes=[change])
     assert says in str(error.value) and "\n" not in str(error.value)
+
+
+def test_springs_too_hard_for_their_step_are_found_before_the_first_run(expanded, tmp_path, urdf_of):
+    """Every run would grow by itself and blame its controller."""
+    file = tmp_path / "arm.urdf"
+    file.write_text(urdf_of("zyzyzyz"))
+    with pytest.raises(InvalidInput, match="springs grow unstable with substeps = 4"):
+        expanded('controllers = ["Law"]', changes=[f"robot={file}", "tier=elastic"])

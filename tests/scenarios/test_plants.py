@@ -44,13 +44,13 @@ def follow(plant, rizon, trajectory, seconds):
     plant.reset(table["q"][0], table["dq"][0])
     rows = []
     for row in table:
-        acceleration = row["ddq"] + 400.0 * (row["q"] - plant.q) + 40.0 * (row["dq"] - plant.dq)
+        acceleration = row["ddq"] + 400.0 * (row["q"] - plant.q) + 40.0 * (row["dq"] - plant.dtheta)
         plant.step(model.inverse_dynamics(plant.q, plant.dq, acceleration))
         rows.append(np.concatenate([plant.q, plant.dq]))
     return np.array(rows)
 
 
-@pytest.mark.parametrize("tier", ["ideal", "actuated"])
+@pytest.mark.parametrize("tier", ["ideal", "actuated", "tight_rate", "elastic", "paper_bullet"])
 def test_both_engines_agree_over_a_closed_loop_second(has_pybullet, plant_of, rizon, tier):
     """T6 with 3.5 kg that the law does not know, friction and rotor inertia in: 1e-9 rad (F13)."""
     bullet = follow(plant_of("pybullet", tier=tier), rizon, "T6", 1.0)
@@ -210,9 +210,10 @@ def test_the_payload_is_shown_as_ten_parameters(plant_name, plant_of, rizon):
     assert not plant.payload.any()
 
 
-def test_position_and_velocity_are_the_complete_state(plant_name, plant_of, rizon, rng):
+@pytest.mark.parametrize("tier", ["actuated", "elastic"])
+def test_position_and_velocity_are_the_complete_state(plant_name, plant_of, rizon, rng, tier):
     """A plant that is placed again goes the same way to the bit, whatever it did before (F5)."""
-    plant = plant_of(plant_name, tier="actuated")
+    plant = plant_of(plant_name, tier=tier)
     torques = rng.normal(size=(50, 7)) * 10
 
     def path():

@@ -102,7 +102,8 @@ def test_a_controller_whose_run_fails_has_no_time(monkeypatch):
 
 def test_figures_that_are_differences_and_quotients_are_those_of_the_others(monkeypatch):
     """Recomputed from what was measured: ticks of 10 and 15 us, a step of 6 us with a reading of 1 us in it."""
-    monkeypatch.setattr(speed, "tick_time", lambda plant, tier: {"ideal": 10.0, "actuated": 15.0}[tier])
+    ticks = {"ideal": 10.0, "actuated": 15.0, "elastic": 61.0}
+    monkeypatch.setattr(speed, "tick_time", lambda plant, tier: ticks[tier])
     monkeypatch.setattr(speed, "plant_time", lambda world: 6.0)
     monkeypatch.setattr(speed, "wrench_time", lambda world: 1.0)
     monkeypatch.setattr(speed, "end_to_end", lambda *_: 41.0)
@@ -110,6 +111,7 @@ def test_figures_that_are_differences_and_quotients_are_those_of_the_others(monk
     monkeypatch.setattr(speed, "spiking_figures", lambda plant: [])
     figures = {figure.name: figure for figure in measure_speed("pinocchio", evaluate=lambda log: None)}
     assert figures["actuated over ideal"].value == 1.5
+    assert not figures["tick without a controller, elastic"].met
     assert figures["harness: sensors, target, limiter, log, wrench"].value == 10.0 - 6.0 + 1.0
     assert figures["plant step"].value == 6.0
     assert figures["computed torque, end to end"].met

@@ -48,7 +48,8 @@ class Bench:
         self.memory = np.zeros(1, memory_dtype(n, delay=tier.delay_ticks))
         self.log, self.table = np.zeros(ticks, frame_dtype(n)), np.zeros(ticks, target_dtype(n))
         self.q, self.dq, self.wrench, self.k = np.zeros(n), np.zeros(n), np.zeros(6), 0
-        self.state = (self.q, self.dq, self.wrench)
+        self.theta, self.dtheta = self.q, self.dq
+        self.state = (self.q, self.dq, self.theta, self.dtheta, self.wrench)
 
     def records(self):
         """Return what both kernels of a tick work on."""
@@ -58,7 +59,7 @@ class Bench:
         """Hold the arm at a position."""
         self.q[:] = q
         self.wrench[:] = np.zeros(6) if wrench is None else wrench
-        start_memory(self.memory, self.constants, self.q, self.wrench, HELD)
+        start_memory(self.memory, self.constants, self.theta, self.wrench, HELD)
         return self
 
     def sense(self):
@@ -189,6 +190,19 @@ def test_exact_sensors_show_the_state_to_the_bit():
     assert np.array_equal(frame["q_measured"], bench.q)
     assert np.array_equal(frame["dq_measured"], bench.dq)
     assert np.array_equal(frame["wrench_measured"], bench.wrench)
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_positions_are_measured_at_the_links_and_velocities_at_the_motors(exact):
+    """Where a spring lies between; elsewhere both are one array."""
+    bench = Bench(PLAIN if exact else tier_with(encoder_quantum=1e-9)).start()
+    bench.theta, bench.dtheta = np.array([0.0, 0.0]), np.array([0.4, -0.2])
+    bench.state = (bench.q, bench.dq, bench.theta, bench.dtheta, bench.wrench)
+    bench.q[:], bench.theta[:], bench.dq[:] = (0.5, 0.6), PERIOD * bench.dtheta, (9.0, 9.0)
+    seen = bench.sense()
+    assert np.allclose(seen["q_measured"], [0.5, 0.6], rtol=0, atol=1e-6)
+    assert np.allclose(seen["dq_measured"], [0.4, -0.2], rtol=0, atol=1e-3)
+    assert np.array_equal(seen["dq"], [9.0, 9.0])
 
 
 def test_an_encoder_reads_whole_quanta():

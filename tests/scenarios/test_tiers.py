@@ -75,8 +75,8 @@ def test_an_unknown_tier_names_the_nearest(rizon):
 def test_a_foreign_arm_gets_every_tier_scaled_to_its_limits():
     """130 times the torque limit in a second, friction 0.6 percent of it."""
     effort = np.array([200.0, 10.0])
-    tiers = default_tiers(effort)
-    assert set(tiers) == {"ideal", "actuated", "tight_rate", "paper_bullet"}
+    tiers = default_tiers(effort, np.zeros(2))
+    assert set(tiers) == {"ideal", "actuated", "tight_rate", "elastic", "paper_bullet"}
     tier = build_tier("actuated", tiers, np.zeros(2))
     assert tier.torque_rate.tolist() == [26000.0, 1300.0]
     assert np.allclose(tier.coulomb, [1.2, 0.06], rtol=1e-12, atol=0)

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from ..cbmc.patterns import Patterns
     from ..cbmc.training.watch import Watch
 
+TIERS = "ideal,actuated,tight_rate,elastic,paper_bullet"
+
 
 @click.group("train")
 def command() -> None:
@@ -50,7 +52,7 @@ def cerebellum(robot: str, loads: str, set_name: str, preset: str, seed: int, ou
 
 
 @command.command("gains")
-@click.option("--tier", "tiers", default="ideal,actuated,tight_rate,paper_bullet", show_default=True, help="Tiers.")
+@click.option("--tier", "tiers", default=TIERS, show_default=True, help="Tiers.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="JSON file to write.")
 def gains(tiers: str, out: Path) -> None:
     """Measure CBMC-V3's mean gains, which its null controls are given (cbmc/data/mean_gains.json)."""

@@ -47,7 +47,7 @@ def test_a_bare_urdf_is_a_robot(saved):
     assert (robot.name, robot.n, robot.flange_frame, robot.tool_offset) == ("arm", 1, "upper", 0.0)
     assert robot.home.tolist() == [0.5]
     assert robot.gripper is None
-    assert set(robot.tiers) == {"ideal", "actuated", "tight_rate", "paper_bullet"}
+    assert set(robot.tiers) == {"ideal", "actuated", "tight_rate", "elastic", "paper_bullet"}
     assert not robot.rotor_inertia.any()
 
 
