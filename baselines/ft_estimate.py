@@ -31,6 +31,9 @@ CHOSEN: dict[str, str] = {
     "resolution": "the model is refreshed at once from here on [kg]",
     "interval": "between smaller corrections [s]",
     "period": "the harness's tick [s]",
+    "inertia_spread": "about that of the ball [kg m^2]",
+    "inertia_drift": "so that the filter does not fall asleep [kg m^2/sqrt(s)]",
+    "thinnest": "extent of the load that is told, in any direction [m]",
 }
 """What there is to say of each setting; all were chosen by hand."""
 

@@ -29,7 +29,7 @@ def tare_offset(
     n, ticks = q.shape[0], noise.shape[0]
     frame, memory = np.zeros(1, frame_dtype(n)), np.zeros(1, memory_dtype(n, delay=0))
     target, plan = np.zeros(1, target_dtype(n)), np.zeros(ticks, target_dtype(n))
-    at_rest = (q, np.zeros(n), wrench)
+    at_rest = (q, np.zeros(n), q, np.zeros(n), wrench)
     start_memory(memory, constants, q, wrench, np.zeros(n))
     readings = np.empty((ticks, 6))
     for k in range(ticks):

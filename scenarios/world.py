@@ -1,10 +1,12 @@
 """The world of one run: arm, plant, plan and load, built from a specification, at its first tick."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
 from ..controllers import InvalidInput, PayloadTruth, Task, discovery
+from .body import Body
 from .disturbance import Disturbance
 from .draws import draw
 from .episode import Episode, Outcome
@@ -49,49 +51,63 @@ class World:
         self.tier: Tier = build_tier(specification.tier, self.robot.tiers, self.robot.rotor_inertia)
         self.plan = cached_plan(self.robot, specification.trajectory, specification.lead_in)
         self.draws = draw(specification, self.robot.n)
-        perturbation = specification.perturbation
-        untold = perturbation.bodies(self.robot)
         slots, switches = schedule.slots(self.robot)
-        carried = tuple(self.draws.carried(body) for body in slots)
-        plant = discovery.load("plants", specification.plant)
-        bodies = (*(self.draws.carried(body) for body in slots), *untold)
-        drives = perturbation.drives(self.draws.drives(self.tier))
-        self.plant: Plant = plant(self.draws.arm(self.robot), drives, bodies)  # type: ignore[operator]
-        period, lead_in = self.tier.period, specification.lead_in
-        early = [when for when in schedule.events if when <= -lead_in]
-        if early:
-            came = f"a load change at {early[0]:g} s, the run starts at {-lead_in:g} s"
-            raise InvalidInput(came, "load schedule", "make it the first entry")
-        ticks = round((lead_in + specification.laps * self.plan.period) / period)
-        self.times = np.round(np.arange(ticks) * period - lead_in, 9)
-        self.table = self.plan.rows(self.times)
-        carried = [(when, (*active, *(True for _ in untold))) for when, active in switches]
-        self.loads = {round((when + lead_in) / period): active for when, active in carried[1:]}
-        offset = self.draws.initial_offset + perturbation.offset / np.sqrt(self.robot.n)
-        self.initial_q = self.table["q"][0] + offset
-        # A plant is made with nothing on the gripper.
-        self.plant.reset(self.initial_q, np.zeros(self.robot.n))
-        self._unloaded = self.plant.wrench.copy()
-        self.plant.set_load(carried[0][1])
-        self._place()
+        untold = specification.perturbation.bodies(self.robot)
+        self.plant = self._plant((*(self.draws.carried(body) for body in slots), *untold))
         self._untold = sum((body.parameters for body in untold), np.zeros(10))
+        self._set_clock(schedule)
+        carried = [(when, (*active, *(True for _ in untold))) for when, active in switches]
+        self.loads = {self._tick(when): active for when, active in carried[1:]}
+        self._place(carried[0][1])
         self.truth = PayloadTruth(parameters=self.plant.payload - self._untold)
         self.injection: np.ndarray | None = None
         self._model = self.robot.model(rotor_inertia=self.tier.rotor_inertia)
 
-    def _place(self) -> None:
-        """Put the arm at rest where the run starts; a liquid that is there swings as drawn."""
+    def _plant(self, bodies: tuple[Body, ...]) -> Plant:
+        """Return the plant, with nothing on the gripper yet: the drawn arm, with what is wrong with its drives."""
+        specification, drawn = self.specification, self.draws
+        build = discovery.load("plants", specification.plant)
+        drives = specification.perturbation.drives(drawn.drives(self.tier))
+        plant: Plant = build(drawn.arm(self.robot), drives, bodies)  # type: ignore[operator]
+        return plant
+
+    def _set_clock(self, schedule: LoadSchedule) -> None:
+        """Lay out the ticks and the plan at each."""
+        lead_in = self.specification.lead_in
+        early = [when for when in schedule.events if when <= -lead_in]
+        if early:
+            came = f"a load change at {early[0]:g} s, the run starts at {-lead_in:g} s"
+            raise InvalidInput(came, "load schedule", "make it the first entry")
+        ticks = self._tick(self.specification.laps * self.plan.period)
+        self.times = np.round(np.arange(ticks) * self.tier.period - lead_in, 9)
+        self.table = self.plan.rows(self.times)
+
+    def _tick(self, when: float) -> int:
+        """Return the number of the tick at a time."""
+        return round((when + self.specification.lead_in) / self.tier.period)
+
+    def _place(self, load: Sequence[bool]) -> None:
+        """Put the arm at rest where the run starts, and its load on it; a liquid that is there swings as drawn."""
         plant, n, still = self.plant, self.robot.n, np.zeros(self.robot.n)
+        perturbed = self.specification.perturbation.offset / np.sqrt(n)
+        self.initial_q = self.table["q"][0] + self.draws.initial_offset + perturbed
+        plant.reset(self.initial_q, still)
+        self._unloaded = plant.wrench.copy()
+        plant.set_load(load)
         plant.reset(self.initial_q, still)
         if self.specification.draws and plant.pendulums:
-            angles, rates = plant.positions[n:].copy(), plant.velocities[n:].copy()
-            for pendulum in plant.pendulums:
-                if pendulum.active:
-                    here = slice(pendulum.joints.start - n, pendulum.joints.stop - n)
-                    swing, rate = self.draws.slosh(pendulum.liquid)
-                    angles[here] += swing
-                    rates[here] = rate
-            plant.reset(self.initial_q, still, slosh=(angles, rates))
+            plant.reset(self.initial_q, still, slosh=self._drawn_slosh())
+
+    def _drawn_slosh(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return angles and rates of all pendulums, those of liquids that are there as drawn [rad, rad/s]."""
+        plant, n = self.plant, self.robot.n
+        angles, rates = plant.positions[n:].copy(), plant.velocities[n:].copy()
+        for pendulum in plant.pendulums:
+            if pendulum.active:
+                here = slice(pendulum.joints.start - n, pendulum.joints.stop - n)
+                swing, rates[here] = self.draws.slosh(pendulum.liquid)
+                angles[here] += swing
+        return angles, rates
 
     def task(self) -> Task:
         """Return what the controller is told before the run; the model is its own."""

@@ -131,7 +131,7 @@ class Unhurried(PinocchioPlant):
     """Leaves out the last substep of a period."""
 
     def step(self, torque):
-        self._substeps = range(max(1, self.tier.substeps - 1))
+        self._is_last = (*(False,) * (self.tier.substeps - 2), True) if self.tier.substeps > 1 else (True,)
         super().step(torque)
 
 
