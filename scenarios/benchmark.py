@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 from ..controllers import InvalidInput, UnknownName
 from .latency import Latency, check_latency
 from .loads import NO_MATERIAL, LoadSchedule, Payload
+from .tiers import TierTable
 from .validation import Names, Number, Record, read_toml, validate
 
 DEFAULT_TIER = "actuated"
@@ -75,6 +76,10 @@ class Sweep(Record):
         protocol: ``"fresh"``, or ``"carried"``: the repetitions of a cell follow one another on one controller.
         perturbation: What is wrong with the world that nobody is told.
         studies: Margins and loop responses to measure in place of single runs, see :data:`~.margins.STUDIES`.
+        tool: Name of the tool point, empty for the robot's first.
+        plant: Name of the plant, empty for PyBullet or, where it has no wheel, Pinocchio.
+        tier: Name of the tier.
+        tier_constants: Constants of the tier in place of the robot's own.
     """
 
     controllers: Names | None = None
@@ -90,6 +95,10 @@ class Sweep(Record):
     protocol: Protocol | None = None
     perturbation: PerturbationTable | None = None
     studies: Names | None = None
+    tool: str | None = None
+    plant: str | None = None
+    tier: str | None = None
+    tier_constants: TierTable | None = None
 
 
 class Benchmark(Sweep):
@@ -102,9 +111,6 @@ class Benchmark(Sweep):
         description: What it is for.
         reference: Label of the controller that all others are compared with, for example ``"flexiv_factory / none"``.
         robot: Name or file of the robot.
-        tool: Name of the tool point, empty for the robot's first.
-        plant: Name of the plant, empty for PyBullet or, where it has no wheel, Pinocchio.
-        tier: Name of the tier.
         latency: Ticks by which every command is late, or ``"measured"``: each by its own call.
         tare: Whether the force sensor is zeroed before every run, with the gripper alone.
         seed: Seed of the campaign.

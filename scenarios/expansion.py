@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from ..controllers import STANDARD_LEVELS, InvalidInput, UnknownName, build_controller, discovery, knowledge_levels
-from .benchmark import Benchmark, Sweep, schedules
+from .benchmark import DEFAULT_TIER, Benchmark, Sweep, schedules
 from .elastic_loop import check_substeps
 from .loads import LoadSchedule
 from .perturbation import Perturbation
@@ -49,15 +49,10 @@ def expand(benchmark: Benchmark, *, plug_ins: Mapping[str, object] | None = None
         TorquebenchError: If a robot, plant, tier, trajectory, load, controller or setting is wrong.
     """
     notes: list[str] = []
-    plant = _plant(benchmark, notes)
-    robot = cached_robot(benchmark.robot, benchmark.tool)
-    tier = build_tier(benchmark.tier, robot.tiers, robot.rotor_inertia)
-    check_substeps(tier, robot.model(rotor_inertia=tier.rotor_inertia).mass_matrix(robot.home))
     found: dict[str, RunSpecification] = {}
     used: set[str] = set()
-    world = _world(benchmark, robot, plant)
     for sweep in benchmark.sweeps():
-        cells = _cells(world, sweep, robot, tier)
+        cells = _cells(benchmark, sweep, _plant(sweep.plant or "", notes))
         for controller in sweep.controllers or ():
             used.add(controller)
             settings = (sweep.settings or {}).get(controller, {})
@@ -71,20 +66,20 @@ def expand(benchmark: Benchmark, *, plug_ins: Mapping[str, object] | None = None
     return Expansion(
         specifications=tuple(found.values()),
         reference=_reference(benchmark, [specification.label for specification in found.values()], notes),
-        notes=tuple(notes),
+        notes=tuple(dict.fromkeys(notes)),
     )
 
 
-def _plant(benchmark: Benchmark, notes: list[str]) -> str:
-    """Return the plant that the benchmark names, or the preferred one if it is installed."""
-    if benchmark.plant:
-        if ":" not in benchmark.plant and benchmark.plant not in discovery.names("plants"):
-            raise UnknownName("plant", benchmark.plant, discovery.names("plants"))
-        if benchmark.plant == PREFERRED_PLANT and importlib.util.find_spec(PREFERRED_PLANT) is None:
+def _plant(named: str, notes: list[str]) -> str:
+    """Return the plant that a run table names, or the preferred one if it is installed."""
+    if named:
+        if ":" not in named and named not in discovery.names("plants"):
+            raise UnknownName("plant", named, discovery.names("plants"))
+        if named == PREFERRED_PLANT and importlib.util.find_spec(PREFERRED_PLANT) is None:
             raise InvalidInput(
                 "PyBullet is not installed", "plant 'pybullet'", "it has wheels up to Python 3.11; use pinocchio"
             )
-        return benchmark.plant
+        return named
     if importlib.util.find_spec(PREFERRED_PLANT) is not None:
         return PREFERRED_PLANT
     notes.append(
@@ -121,27 +116,35 @@ def _levels(
     return tuple(level for level in knowledge_levels(built, known) if level in asked)
 
 
-def _world(benchmark: Benchmark, robot: Robot, plant: str) -> RunFactory:
-    """Return what makes specifications in the benchmark's world."""
-    return partial(
+def _tier(sweep: Sweep, robot: Robot) -> tuple[Tier, dict[str, object]]:
+    """Return the tier of a run table, and the constants that it changes as a specification has them."""
+    given = sweep.tier_constants.model_dump(exclude_unset=True) if sweep.tier_constants else {}
+    changes = {name: list(value) if isinstance(value, tuple) else value for name, value in given.items()}
+    tier = build_tier(sweep.tier or DEFAULT_TIER, robot.tiers, robot.rotor_inertia, changes)
+    check_substeps(tier, robot.model(rotor_inertia=tier.rotor_inertia).mass_matrix(robot.home))
+    return tier, changes
+
+
+def _cells(benchmark: Benchmark, sweep: Sweep, plant: str) -> list[RunFactory]:
+    """Return what makes the specification of each cell: motion, load history and repetition, in its world.
+
+    Raises:
+        TorquebenchError: If there is no such tier or tool, or the robot cannot follow a motion or carry a load.
+    """
+    robot = cached_robot(benchmark.robot, sweep.tool or "")
+    tier, changes = _tier(sweep, robot)
+    world = partial(
         RunSpecification,
         robot=benchmark.robot,
         tool=robot.tool,
         plant=plant,
-        tier=benchmark.tier,
+        tier=tier.name,
+        tier_constants=changes,
         latency=benchmark.latency,
         tare=benchmark.tare,
         campaign=benchmark.seed,
         draws=benchmark.draws,
     )
-
-
-def _cells(world: RunFactory, sweep: Sweep, robot: Robot, tier: Tier) -> list[RunFactory]:
-    """Return what makes the specification of each cell: motion, load history and repetition.
-
-    Raises:
-        InvalidInput: If the robot cannot follow a motion or carry a load.
-    """
     histories = tuple(_checked(history, robot) for history in schedules(sweep))
     lead_in = 1.0 if sweep.lead_in is None else sweep.lead_in
     for trajectory in sweep.trajectories or ():

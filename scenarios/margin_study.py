@@ -8,8 +8,8 @@ from .result import OK, RunResult
 from .search import Found, search
 from .specification import RunSpecification
 from .studies import Judges, Play, study_timing
-from .tiers import Tier, build_tier
-from .world import cached_robot
+from .tiers import Tier
+from .world import cached_robot, tier_of
 
 WINDOW = "margin"
 """Window of a margin in its row."""
@@ -92,7 +92,7 @@ def _value(margin: Margin, found: Found, specification: RunSpecification, nomina
 
 def _tier(specification: RunSpecification) -> Tier:
     robot = cached_robot(specification.robot, specification.tool)
-    return build_tier(specification.tier, robot.tiers, robot.rotor_inertia)
+    return tier_of(specification, robot)
 
 
 def _period(specification: RunSpecification) -> float:

@@ -36,6 +36,7 @@ class RunSpecification:
         tool: Name of the tool point, empty for the robot's first.
         plant: Name of the plant.
         tier: Name of the tier.
+        tier_constants: Constants of the tier in place of the robot's own, see :class:`~.tiers.TierTable`.
         laps: Whole laps after the lead-in.
         lead_in: Duration of the start from rest [s].
         latency: Ticks by which every command is late, before the limiter, or ``"measured"``: each by its own call.
@@ -71,6 +72,7 @@ class RunSpecification:
     perturbation: Perturbation = NOMINAL
     study: str = ""
     draws: bool = False
+    tier_constants: Mapping[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check what needs neither robot nor plug-in."""
@@ -151,6 +153,8 @@ class RunSpecification:
             "repetitions": self.repetitions,
         }
         # Written only where they say something: an ordinary run keeps its text, and with it its address.
+        if self.tier_constants:
+            table["tier_constants"] = dict(self.tier_constants)
         if self.tare:
             table["tare"] = True
         if self.perturbation != NOMINAL:

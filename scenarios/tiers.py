@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from ..controllers import Actuation, UnknownName
+from ..controllers import Actuation, InvalidInput, UnknownName
 from .elasticity import Elasticity, build_elasticity
 from .validation import Number, Record, as_tuple
 
@@ -32,6 +32,7 @@ class Tier:
         wrench_bias: Standard deviation of the bias, drawn once a run, shape (6,) [N, N m].
         wrench_filter_hz: Corner of the force and torque filter, None without [Hz].
         elasticity: Constants of elastic joints, None where motor and link are one.
+        substeps: Integration steps of the plant in one control period.
     """
 
     name: str
@@ -49,11 +50,7 @@ class Tier:
     wrench_bias: np.ndarray
     wrench_filter_hz: float | None
     elasticity: Elasticity | None = None
-
-    @property
-    def substeps(self) -> int:
-        """Integration steps of the plant in one control period."""
-        return 1 if self.elasticity is None else self.elasticity.substeps
+    substeps: int = 1
 
     @property
     def step(self) -> float:
@@ -147,22 +144,30 @@ def default_tiers(effort: np.ndarray, rotor_inertia: np.ndarray) -> dict[str, di
     return {"ideal": {}, "actuated": actuated, "tight_rate": tight, "elastic": elastic, "paper_bullet": bare}
 
 
-def build_tier(name: str, constants: Mapping[str, Mapping[str, object]], rotor_inertia: np.ndarray) -> Tier:
+def build_tier(
+    name: str,
+    constants: Mapping[str, Mapping[str, object]],
+    rotor_inertia: np.ndarray,
+    changes: Mapping[str, object] | None = None,
+) -> Tier:
     """Make a tier from a robot's table of constants.
 
     Args:
         name: Name of the tier.
         constants: The robot's tiers, names to constants as in its data file.
         rotor_inertia: Full rotor inertia of the robot, shape (n,) [kg m^2]; the tier scales it.
+        changes: Constants in place of the robot's own, those of :class:`TierTable`.
 
     Raises:
         UnknownName: If the robot has no such tier.
+        InvalidInput: If a changed constant has not one value for each joint.
         InvalidInput: If it has elastic joints and no rotors.
     """
     if name not in constants:
         raise UnknownName("tier", name, tuple(constants))
-    table = constants[name]
     n = rotor_inertia.shape[0]
+    _check_lengths(changes or {}, n)
+    table = {**constants[name], **(changes or {})}
 
     def row(key: str, default: float, size: int = n) -> np.ndarray:
         return np.broadcast_to(np.asarray(table.get(key, default), dtype=float), size).copy()
@@ -191,4 +196,13 @@ def build_tier(name: str, constants: Mapping[str, Mapping[str, object]], rotor_i
         wrench_bias=row("ft_bias_sigma", 0.0, 6),
         wrench_filter_hz=optional("ft_filter_hz"),
         elasticity=joints,
+        substeps=int(number("substeps", 1.0)),
     )
+
+
+def _check_lengths(changes: Mapping[str, object], n: int) -> None:
+    """Refuse a list that has not one value for each joint, or for each of the six of a wrench."""
+    for key, value in changes.items():
+        expected = 6 if key.startswith("ft_") else n
+        if isinstance(value, list | tuple) and len(value) != expected:
+            raise InvalidInput(f"{key} has {len(value)} values", "tier_constants", f"expected {expected}")

@@ -48,7 +48,7 @@ class World:
         """
         self.specification = specification
         self.robot = cached_robot(specification.robot, specification.tool)
-        self.tier: Tier = build_tier(specification.tier, self.robot.tiers, self.robot.rotor_inertia)
+        self.tier: Tier = tier_of(specification, self.robot)
         self.plan = cached_plan(self.robot, specification.trajectory, specification.lead_in)
         self.draws = draw(specification, self.robot.n)
         slots, switches = schedule.slots(self.robot)
@@ -217,6 +217,11 @@ class World:
 def _packed(records: np.ndarray) -> dict[str, np.ndarray]:
     """Return the fields of records as arrays of their own."""
     return {name: np.ascontiguousarray(records[name]) for name in records.dtype.names or ()}
+
+
+def tier_of(specification: RunSpecification, robot: Robot) -> Tier:
+    """Return the tier of a run, with the constants that the run changes."""
+    return build_tier(specification.tier, robot.tiers, robot.rotor_inertia, specification.tier_constants)
 
 
 @lru_cache(maxsize=8)

@@ -22,6 +22,7 @@ from .charts import Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
 from .panels import Panels
+from .sensitivity import sensitivity_of
 from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .table import Table
 from .worlds import differing_facts
@@ -104,11 +105,16 @@ def render(
     environment = _environment()
     differing = differing_facts([found.world for found in findings])
     title, description = _title(campaigns)
-    sections = [_section(found, extra, differing) for found, extra in zip(findings, panels, strict=True)]
+    sensitivity = sensitivity_of(findings)
+    sections = [
+        _section(found, extra, sensitivity.title_of(found) if sensitivity else _world_title(found, differing))
+        for found, extra in zip(findings, panels, strict=True)
+    ]
     page = environment.get_template("page.html").render(
         title=title,
         description=description,
         sections=sections,
+        sensitivity=sensitivity,
         definitions=records.definition_table(dict.fromkeys(name for extra in panels for name in extra.metrics)),
         campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
     )
@@ -146,14 +152,14 @@ def _figure_files(environment: Environment, sections: Sequence[Section]) -> dict
     return files
 
 
-def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Section:
+def _section(found: Findings, panels: Panels, title: str) -> Section:
     world = found.world
     dots = [(trajectory_figure(found, metric), split_tables.trajectory_table(found, metric)) for metric in HEADLINES]
     ratios = [ratio_figure(found, metric) for metric in HEADLINES]
     laps = [split_tables.lap_table(found, metric) for metric in found.lap_metrics if found.by_lap(metric)]
     return Section(
         id=world.id,
-        title=", ".join(f"{name.lower()} {world.facts[name]}" for name in differing),
+        title=title,
         failures=(failure_sentence(found), any(run.row.status == "failed" for run in world.runs)),
         leads=[lead_sentences(found, lead) for lead in found.leads],
         unranked=unranked_sentence(found),
@@ -179,6 +185,11 @@ def _section(found: Findings, panels: Panels, differing: Sequence[str]) -> Secti
         drawn=draws.draw_sentence(found),
         panels=panels,
     )
+
+
+def _world_title(found: Findings, differing: Sequence[str]) -> str:
+    """Return what tells a world from the others."""
+    return ", ".join(f"{name.lower()} {found.world.facts[name]}" for name in differing)
 
 
 def _title(campaigns: Sequence[Mapping[str, object]]) -> tuple[str, str]:

@@ -14,6 +14,9 @@ RUN = "run"
 NOISE_ONLY, PLANT_TOO = "sensor noise", "friction, load, link masses, start and sensor noise"
 """What tells the repetitions of a run apart; runs that drew a plant pair with no run on the nominal one."""
 
+OWN_CONSTANTS = "the robot's own"
+"""Tier constants of all runs that change none."""
+
 CONSTANT = "constant load"
 """Load history of all runs whose load does not change; any other history is a world of its own."""
 
@@ -126,6 +129,7 @@ def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
         ("Tool point", run.tool or "the robot's first"),
         ("Plant", run.plant),
         ("Tier", run.tier),
+        ("Tier constants", _in_words(run.tier_constants) or OWN_CONSTANTS),
         ("Load history", history_in_words(row) if run.schedule.events else CONSTANT),
         ("Laps", str(run.laps)),
         ("Lead-in", f"{run.lead_in:g} s"),

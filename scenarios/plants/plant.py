@@ -97,7 +97,7 @@ class Plant(ABC):
     def _bind_kernels(self) -> None:
         """Fix the arguments of what every step calls."""
         tier, n = self.tier, self.robot.n
-        friction, constants = (tier.coulomb, tier.viscous, tier.rotor_inertia), (tier.coulomb_velocity, tier.period)
+        friction, constants = (tier.coulomb, tier.viscous, tier.rotor_inertia), (tier.coulomb_velocity, tier.step)
         drive, armature = self._drive[:n], self._armature[:n]
         if self._motors is None:
             self._resist = bind(_resist, self._torque, self.dq, friction, constants, drive, armature)

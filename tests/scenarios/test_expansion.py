@@ -252,3 +252,37 @@ def test_springs_too_hard_for_their_step_are_found_before_the_first_run(expanded
     file.write_text(urdf_of("zyzyzyz"))
     with pytest.raises(InvalidInput, match="springs grow unstable with substeps = 4"):
         expanded('controllers = ["Law"]', changes=[f"robot={file}", "tier=elastic"])
+
+
+def test_a_run_table_may_have_a_world_of_its_own(tmp_path):
+    """One benchmark asks whether an order holds with another rotor inertia, tier, plant or tool."""
+    table = """controllers = ["pid"]
+[[run]]
+[[run]]
+tier = "ideal"
+tool = "flange"
+[[run]]
+tier_constants.armature_scale = 0.5
+"""
+    file = tmp_path / "worlds.toml"
+    file.write_text(HEAD + table)
+    usual, exact, lighter = expand(load_benchmark(str(file))).specifications
+    assert (usual.tier, usual.tool, dict(usual.tier_constants)) == ("actuated", "gripper", {})
+    assert (exact.tier, exact.tool) == ("ideal", "flange")
+    assert (lighter.tier, dict(lighter.tier_constants)) == ("actuated", {"armature_scale": 0.5})
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        ("tier_constants={armatur_scale=1}", "did you mean 'armature_scale'?"),
+        ("tier_constants={coulomb=[1, 2]}", "tier_constants: coulomb has 2 values; expected 7"),
+        ("tier_constants={ft_bias_sigma=[1]}", "expected 6"),
+        ("tier=rigid", "unknown tier 'rigid'"),
+    ],
+)
+def test_a_tier_that_cannot_be_is_one_line(change, line):
+    """Before anything runs."""
+    with pytest.raises((InvalidInput, UnknownName)) as caught:
+        expand(load_benchmark("quick", changes=[change]))
+    assert line in str(caught.value)

@@ -298,3 +298,12 @@ def test_another_period_is_another_step(plant_of, rizon):
     plant.reset(rizon.home, np.ones(7))
     plant.step(plant.gravity())
     assert np.allclose(plant.q, rizon.home + 0.0005 * plant.dq, rtol=0, atol=1e-15)
+
+
+def test_shorter_steps_converge_on_one_motion(plant_of, rizon, plant_name):
+    """First order in the step, at one control period: halving it halves what is left."""
+    tiers = [replace(build_tier("ideal", rizon.tiers, rizon.rotor_inertia), substeps=n) for n in (1, 2, 4, 32)]
+    *coarse, fine = (follow(plant_of(plant_name, tier=tier), rizon, "T6", 0.3)[-1, :7] for tier in tiers)
+    left = [np.abs(end - fine).max() for end in coarse]
+    assert left[0] / left[1] == pytest.approx(31 / 15, rel=0.1)
+    assert left[1] / left[2] == pytest.approx(15 / 7, rel=0.1)

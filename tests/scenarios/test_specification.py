@@ -95,14 +95,15 @@ def test_whatever_changes_the_result_changes_the_address(change):
 def test_every_field_is_in_the_text():
     """A field added later must not be forgotten in the address."""
     fields = {field.name for field in dataclasses.fields(RunSpecification)}
-    full = specification(twins=False, tare=True, draws=True, perturbation=Perturbation(delay=1), study="load_margin")
+    rare = {"tare": True, "draws": True, "tier_constants": {"substeps": 2}}
+    full = specification(twins=False, perturbation=Perturbation(delay=1), study="load_margin", **rare)
     assert set(json.loads(full.as_json())) == fields | {"schema"}
     assert RunSpecification.from_json(full.as_json()) == full
 
 
 def test_an_ordinary_run_has_no_word_of_what_came_later():
     """Its text, and with it its address, is what it was before there were tares, draws, perturbations and studies."""
-    assert not {"tare", "draws", "perturbation", "study"} & set(json.loads(specification().as_json()))
+    assert not {"tier_constants", "tare", "draws", "perturbation", "study"} & set(json.loads(specification().as_json()))
     assert RunSpecification.from_json(specification().as_json()) == specification()
 
 
