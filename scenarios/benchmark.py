@@ -80,6 +80,7 @@ class Sweep(Record):
         plant: Name of the plant, empty for PyBullet or, where it has no wheel, Pinocchio.
         tier: Name of the tier.
         tier_constants: Constants of the tier in place of the robot's own.
+        draws: Whether every repetition draws an arm, a load and a start of its own; never in tier ``ideal``.
     """
 
     controllers: Names | None = None
@@ -99,6 +100,7 @@ class Sweep(Record):
     plant: str | None = None
     tier: str | None = None
     tier_constants: TierTable | None = None
+    draws: bool | None = None
 
 
 class Benchmark(Sweep):
@@ -114,7 +116,6 @@ class Benchmark(Sweep):
         latency: Ticks by which every command is late, or ``"measured"``: each by its own call.
         tare: Whether the force sensor is zeroed before every run, with the gripper alone.
         seed: Seed of the campaign.
-        draws: Whether every repetition draws an arm, a load and a start of its own; never in tier ``ideal``.
         run: Run tables; none means one that says nothing.
     """
 

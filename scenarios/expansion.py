@@ -143,7 +143,7 @@ def _cells(benchmark: Benchmark, sweep: Sweep, plant: str) -> list[RunFactory]:
         latency=benchmark.latency,
         tare=benchmark.tare,
         campaign=benchmark.seed,
-        draws=benchmark.draws,
+        draws=bool(sweep.draws),
     )
     histories = tuple(_checked(history, robot) for history in schedules(sweep))
     lead_in = 1.0 if sweep.lead_in is None else sweep.lead_in

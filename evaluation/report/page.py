@@ -107,7 +107,7 @@ def render(
     title, description = _title(campaigns)
     sensitivity = sensitivity_of(findings)
     sections = [
-        _section(found, extra, sensitivity.title_of(found) if sensitivity else _world_title(found, differing))
+        _section(found, extra, (sensitivity and sensitivity.title_of(found)) or _world_title(found, differing))
         for found, extra in zip(findings, panels, strict=True)
     ]
     page = environment.get_template("page.html").render(

@@ -51,8 +51,9 @@ class Sensitivity:
     metric: str
 
     def title_of(self, findings: Findings) -> str:
-        """Return what the page calls one of the worlds."""
-        return next((variant.title for variant in self.variants if variant.findings is findings), USUAL)
+        """Return what the page calls one of the worlds, empty for a world that is none of them."""
+        titles = {id(self.base): USUAL, **{id(variant.findings): variant.title for variant in self.variants}}
+        return titles.get(id(findings), "")
 
     @property
     def table(self) -> Table:
@@ -80,8 +81,12 @@ def sensitivity_of(findings: Sequence[Findings], metric: str = POSITION) -> Sens
         findings: Findings of all worlds.
         metric: Id of the metric by which controllers are ordered.
     """
-    alike = [found for found in findings if found.world.runs]
-    if len(alike) < 2 or not all(_varies_plant_only(alike[0], other) for other in alike[1:]):
+    groups: dict[tuple[tuple[str, str], ...], list[Findings]] = {}
+    for found in findings:
+        if found.world.runs:
+            groups.setdefault(_unchanged(found), []).append(found)
+    alike = max(groups.values(), key=len, default=[])
+    if len(alike) < 2 or not all(_share_controllers(alike[0], other) for other in alike[1:]):
         return None
     base = _most_usual(alike)
     others = sorted((found for found in alike if found is not base), key=lambda found: _title(base, found))
@@ -91,10 +96,13 @@ def sensitivity_of(findings: Sequence[Findings], metric: str = POSITION) -> Sens
     return Sensitivity(base=base, variants=variants, metric=metric)
 
 
-def _varies_plant_only(one: Findings, other: Findings) -> bool:
-    facts, changed = one.world.facts, other.world.facts
-    differing = {name for name in facts if facts[name] != changed.get(name)}
-    return differing <= set(CHANGED) and len(set(one.world.labels) & set(other.world.labels)) > 1
+def _unchanged(findings: Findings) -> tuple[tuple[str, str], ...]:
+    """Return the facts that variants of one world share."""
+    return tuple((name, fact) for name, fact in findings.world.facts.items() if name not in CHANGED)
+
+
+def _share_controllers(one: Findings, other: Findings) -> bool:
+    return len(set(one.world.labels) & set(other.world.labels)) > 1
 
 
 def _most_usual(findings: Sequence[Findings]) -> Findings:
