@@ -165,7 +165,7 @@ def _flat(table: Mapping[str, object]) -> dict[str, object]:
     """Return a table of plain values: intervals as two columns, lists joined."""
     flat: dict[str, object] = {}
     for name, value in table.items():
-        if name in ("interval_new_motions", "interval_suite", "bca"):
+        if name in ("interval_new_motions", "interval_suite", "suite_bootstrap", "bca"):
             limits = value if isinstance(value, Mapping) else {}
             flat |= {f"{name}.low": limits.get("low", ""), f"{name}.high": limits.get("high", "")}
         elif isinstance(value, Mapping):

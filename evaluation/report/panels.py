@@ -11,6 +11,7 @@ from .lap_figures import lap_charts
 from .module_figures import gain_charts, load_charts
 from .module_tables import correlation_table, module_operation_table, operation_table, spike_table
 from .modules import Modules, modules_of
+from .profile_figures import profile_charts
 from .resilience import SERIES, Event, Resilience, resilience_of
 from .resilience_figures import MOST_CHARTS, curve_charts, zoom_charts
 from .resilience_tables import event_table, peak_table, rate_table, unjudged_table
@@ -69,11 +70,13 @@ class Panels:
         resilience: Its load events; None if its load never changes.
         modules: What its controllers' modules did; None if none shows any.
         laps: Errors by lap.
+        profiles: Shares of runs within multiples of the reference's error.
     """
 
     resilience: ResiliencePanel | None = None
     modules: ModulesPanel | None = None
     laps: Sequence[Chart] = ()
+    profiles: Sequence[Chart] = ()
 
     @property
     def metrics(self) -> list[str]:
@@ -89,7 +92,7 @@ class Panels:
     @property
     def charts(self) -> list[Chart]:
         """All charts, in the order of the page."""
-        found = list(self.laps)
+        found = [*self.laps, *self.profiles]
         if self.resilience is not None:
             found += [*self.resilience.curves, *self.resilience.zooms]
         if self.modules is not None:
@@ -104,7 +107,12 @@ def panels_of(findings: Findings, store: Store) -> Panels:
         findings: The world's findings.
         store: The open store that it comes from.
     """
-    return Panels(resilience=_resilience(findings, store), modules=_modules(findings, store), laps=lap_charts(findings))
+    return Panels(
+        resilience=_resilience(findings, store),
+        modules=_modules(findings, store),
+        laps=lap_charts(findings),
+        profiles=profile_charts(findings),
+    )
 
 
 def _resilience(findings: Findings, store: Store) -> ResiliencePanel | None:
