@@ -65,7 +65,8 @@ def _not_run(claim: Claim, book: Book) -> str:
     runs = book.set_of(claim)
     if runs is None or not runs.benchmarks:
         return claim.why or f"no benchmark runs {claim.runs}"
-    return f"no run of {runs.id} ({runs.title}); {' and '.join(runs.benchmarks)} run it"
+    verb = "runs" if len(runs.benchmarks) == 1 else "run"
+    return f"no run of {runs.id} ({runs.title}); {' and '.join(runs.benchmarks)} {verb} it"
 
 
 def _agreement(claim: Claim, book: Book, evidence: Mapping[str, Evidence]) -> tuple[Ruling, Measured]:

@@ -11,6 +11,7 @@ from ..comparison import Comparison
 from ..intervals import Interval
 from ..metrics import METRICS
 from ..summary import Summary
+from .claims import ClaimsPanel, claim_figures
 from .fairness import ledger_of
 from .findings import COMPARED, HEADLINES, SUMMARISED, Findings
 from .panel_exports import panel_figures
@@ -80,7 +81,10 @@ def comparisons_csv(findings: Sequence[Findings]) -> str:
 
 
 def summary_json(
-    findings: Sequence[Findings], panels: Sequence[Panels], campaigns: Sequence[Mapping[str, object]]
+    findings: Sequence[Findings],
+    panels: Sequence[Panels],
+    campaigns: Sequence[Mapping[str, object]],
+    claims: ClaimsPanel | None,
 ) -> str:
     """Return every figure of the page with unit, window, number of runs, interval and reference."""
     content = {
@@ -94,6 +98,7 @@ def summary_json(
             for name in SUMMARISED
         },
         "campaigns": list(campaigns),
+        "claims": claim_figures(claims) if claims else [],
     }
     return json.dumps(_finite(content), indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False) + "\n"
 

@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from . import drawing, fairness, headline, pairs, records, run_tables, split_tables
 from .charts import Chart
+from .claims import ClaimsPanel
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
 from .panels import Panels
@@ -68,7 +69,10 @@ class Section:
 
 
 def render(
-    findings: Sequence[Findings], panels: Sequence[Panels], campaigns: Sequence[Mapping[str, object]]
+    findings: Sequence[Findings],
+    panels: Sequence[Panels],
+    campaigns: Sequence[Mapping[str, object]],
+    claims: ClaimsPanel | None,
 ) -> tuple[str, dict[str, str]]:
     """Return the page and its figures.
 
@@ -76,6 +80,7 @@ def render(
         findings: Findings of each world.
         panels: What the section of each world has besides.
         campaigns: Records of the campaigns, oldest first.
+        claims: Verdicts on the paper's claims; None if no run is about any.
 
     Returns:
         One HTML text that needs nothing beside it, and the texts of the figures' files by name.
@@ -84,11 +89,13 @@ def render(
     differing = differing_facts([found.world for found in findings])
     title, description = _title(campaigns)
     sections = [_section(found, extra, differing) for found, extra in zip(findings, panels, strict=True)]
+    shown = [extra.metrics for extra in panels] + ([claims.metrics] if claims else [])
     page = environment.get_template("page.html").render(
         title=title,
         description=description,
         sections=sections,
-        definitions=records.definition_table(dict.fromkeys(name for extra in panels for name in extra.metrics)),
+        claims=claims,
+        definitions=records.definition_table(dict.fromkeys(name for names in shown for name in names)),
         campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
     )
     return page, _figure_files(environment, sections)

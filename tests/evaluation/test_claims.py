@@ -232,7 +232,7 @@ def test_a_set_that_nobody_ran_names_its_benchmark():
     """The reader is told what to run."""
     found = {verdict.claim.id: verdict for verdict in judge_all(BOOK, {})}
     assert len(found) == 55
-    assert "module-gains run it" in found["C29"].reason.replace("runs", "run")
+    assert found["C29"].reason.endswith("; module-gains runs it")
     assert found["C52"].word == "in parts"
     assert [part.word for part in found["C52"].parts] == ["not enough to decide"] * 3
 

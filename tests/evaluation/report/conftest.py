@@ -211,3 +211,12 @@ def quick(tmp_path_factory: pytest.TempPathFactory) -> Page:
     shelf.fail(specification_of("mpc", "none", "T1", 3.5), status="refused")
     shelf.fail(specification_of("mpc", "none", "T2", 3.5), status="refused")
     return shelf.campaign().report()
+
+
+@pytest.fixture(scope="session")
+def precise(tmp_path_factory: pytest.TempPathFactory) -> Page:
+    """CBMC-V3 and the factory controller on the paper's grid of sand, two repetitions."""
+    shelf, scales = Shelf(tmp_path_factory.mktemp("precise") / "store"), {("flexiv_factory", "none"): 17.2e-3}
+    for repetition in (0, 1):
+        shelf.grid(scales | {("cbmc_v3", "none"): 12.0e-3}, masses=(1.5, 2.0, 2.5, 3.0, 3.5), repetition=repetition)
+    return shelf.campaign().report()
