@@ -18,9 +18,11 @@ def block_correlation(
     n_resamples: int = 1999,
     seed: int = 0,
 ) -> tuple[float, Interval]:
-    """Return the mean over runs of Pearson's r of two series, with its moving-block bootstrap interval.
+    """Return the mean over runs of Pearson's r of two series, with its circular moving-block bootstrap interval.
 
-    Every run is resampled by itself, in as many blocks as it has whole ones, each from any place of it.
+    Every run is resampled by itself, in as many blocks as it has whole ones, each from any place of it. A block that
+    passes the end goes on at the start, or the first lap, in which gains change most, would count less than others.
+    The interval tells runs as long as these of the same seeds apart; how much seeds differ is another matter.
 
     Args:
         runs: The two series of each run, shape (K,) each; a run in which either is constant is left out.
@@ -53,6 +55,7 @@ def _resampled(x: np.ndarray, y: np.ndarray, block: int, n_resamples: int, rng: 
     """Return r of each resample; sums of a block are differences of running sums."""
     a, b = x - x.mean(), y - y.mean()
     series = np.stack([a, b, a * a, b * b, a * b])
+    series = np.concatenate([series, series[:, : block - 1]], axis=1)
     running = np.concatenate([np.zeros((5, 1)), np.cumsum(series, axis=1)], axis=1)
     sums = running[:, block:] - running[:, :-block]
     count = len(x) // block

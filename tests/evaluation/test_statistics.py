@@ -62,6 +62,11 @@ def test_the_t_interval_of_the_eight():
     assert (interval.low, interval.high) == pytest.approx((0.70128, 0.90349), abs=1e-5)
 
 
+def test_the_t_interval_of_the_eight_reaches_one_at_its_p_value():
+    """The p value of the t test is 0.003751: an interval at that level ends exactly where nothing is different."""
+    assert t_interval(RATIOS, level=1.0 - 0.003751).high == pytest.approx(0.0, abs=1e-4)
+
+
 @given(logs.filter(lambda d: np.ptp(d) > 1e-6))
 def test_the_t_interval_is_scipys(d):
     """The closed form against the library's test."""
