@@ -23,8 +23,8 @@ def block_correlation(
 
     Every run is resampled by itself, in whole laps. Blocks that may begin anywhere straddle two laps and average what
     differs between them: at twenty laps their percentiles hold the truth 82 times of 100, whole laps 94 times. Mean and
-    standard error are taken on Fisher's scale, with Student's t of the laps. How much seeds differ is another matter, and
-    no part of the interval.
+    standard error are taken on Fisher's scale, with Student's t of the laps. How much seeds differ is another matter
+    and no part of the interval.
 
     Args:
         runs: The two series of each run, shape (K,) each; a run in which either is constant is left out.
@@ -59,7 +59,7 @@ def block_correlation(
 
 def _fisher(r: np.ndarray | float) -> np.ndarray:
     """Return r on the scale on which its distribution does not depend on it."""
-    return np.arctanh(np.clip(r, -1.0 + 1e-12, 1.0 - 1e-12))
+    return np.asarray(np.arctanh(np.clip(r, -1.0 + 1e-12, 1.0 - 1e-12)))
 
 
 def _resampled(x: np.ndarray, y: np.ndarray, block: int, n_resamples: int, rng: np.random.Generator) -> np.ndarray:
