@@ -20,6 +20,7 @@ from .statistics import (
     ratio_of_means,
     sign_flip_floor,
     sign_flip_test,
+    wilcoxon_test,
 )
 
 Verdict = Literal["better", "worse", "not enough to decide"]
@@ -44,12 +45,14 @@ class Comparison:
         gmr: Geometric mean ratio over trajectory means; below 1, the controller's values are smaller.
         interval_new_motions: Interval of the ratio with the trajectory as unit; None for a single trajectory.
         interval_suite: Interval of the ratio for these trajectories; None without repetitions.
+        suite_bootstrap: Bootstrap interval beside the second; None without repetitions.
         bca: Bootstrap interval beside the first; None below five trajectories.
         ratio_of_means: The paper's percentage, for comparison with printed numbers only.
         prob_improvement: Probability that a run beats a run of the reference, averaged over cells.
         win_rate: Share of pairs won.
         p_sign_flip: Permutation test over trajectories.
-        p_holm: The same corrected for the family; None outside a family.
+        p_wilcoxon: Exact signed-rank test beside it.
+        p_holm: The permutation test's p corrected for the family; None outside a family.
         family: Number of comparisons in the family.
         n_trajectories: Trajectories with a ratio.
         n_pairs: Pairs with a ratio.
@@ -71,11 +74,13 @@ class Comparison:
     gmr: float
     interval_new_motions: Interval | None
     interval_suite: Interval | None
+    suite_bootstrap: Interval | None
     bca: Interval | None
     ratio_of_means: float
     prob_improvement: float
     win_rate: float
     p_sign_flip: float
+    p_wilcoxon: float
     p_holm: float | None = None
     family: int = 1
     n_trajectories: int
@@ -179,11 +184,13 @@ def compare(
         gmr=geometric_mean_ratio(by_path),
         interval_new_motions=t_interval(by_path).exponentiated() if len(by_path) > 1 else None,
         interval_suite=ratios.suite_interval(),
+        suite_bootstrap=ratios.suite_bootstrap(),
         bca=bca_interval(by_path).exponentiated() if len(by_path) >= SMALLEST_BOOTSTRAP else None,
         ratio_of_means=ratio_of_means(ratios.cell_means(0), ratios.cell_means(1)),
         prob_improvement=_prob_improvement(run, metric),
         win_rate=paired_win_rate(*_ranks(list(run.values()), metric)),
         p_sign_flip=sign_flip_test(by_path),
+        p_wilcoxon=wilcoxon_test(by_path),
         n_trajectories=len(by_path),
         n_pairs=len(ratios.pairs),
         runs=len(run),

@@ -21,7 +21,8 @@ class Interval:
         low: Lower limit.
         high: Upper limit.
         level: Confidence level, for example 0.95.
-        method: How it was made: ``t``, ``bca``, ``suite``, ``clopper-pearson``.
+        method: How it was made: ``t``, ``welch``, ``bca``, ``suite``, ``suite bootstrap``, ``blocks``,
+            ``clopper-pearson``.
         status: ``ok``; ``degenerate``, all values alike, so that the limits are the point itself.
     """
 
@@ -140,6 +141,66 @@ def suite_interval(
     return _around(mean, math.sqrt(float(np.sum(factors**2 * variances / counts))), freedom, level, "suite")
 
 
+def suite_bootstrap(
+    cells: Sequence[Sequence[float] | np.ndarray],
+    weights: Sequence[float] | None = None,
+    level: float = 0.95,
+    n_resamples: int = 1999,
+    seed: int = 0,
+) -> Interval | None:
+    """Bootstrap interval of the same sum as :func:`suite_interval`, repetitions resampled within each cell.
+
+    Deviations from a cell's mean are inflated by the root of R / (R - 1), or the interval would be too narrow by it. A
+    cell with one repetition stays as it is.
+
+    Args:
+        cells: The repetitions of each cell.
+        weights: One weight for each cell; 1/C each if None.
+        level: Confidence level.
+        n_resamples: Number of resamples.
+        seed: Of the resampling; one seed, one interval.
+
+    Returns:
+        The percentile interval, in the values' unit; None if no cell has a second repetition.
+    """
+    samples = [np.asarray(cell, dtype=float) for cell in cells]
+    if max((len(sample) for sample in samples), default=0) < 2:
+        return None
+    factors = np.full(len(samples), 1.0 / len(samples)) if weights is None else np.asarray(weights, dtype=float)
+    rng, total = np.random.default_rng(seed), np.zeros(n_resamples)
+    for factor, sample in zip(factors, samples, strict=True):
+        count, mean = len(sample), sample.mean()
+        inflated = (sample - mean) * math.sqrt(count / max(count - 1, 1))
+        total += factor * (mean + inflated[rng.integers(0, count, (n_resamples, count))].mean(axis=1))
+    tail = (1.0 - level) / 2.0
+    low, high = np.quantile(total, [tail, 1.0 - tail])
+    return Interval(float(low), float(high), level, "suite bootstrap", "ok" if high > low else "degenerate")
+
+
+def welch_interval(
+    a: Sequence[float] | np.ndarray, b: Sequence[float] | np.ndarray, level: float = 0.95
+) -> Interval | None:
+    """Welch's interval of the difference of two means with spreads of their own, for example fast less slow motions.
+
+    Args:
+        a: One value for each unit of the first group, shape (n,).
+        b: The same of the second group, shape (m,).
+        level: Confidence level.
+
+    Returns:
+        The interval of mean a less mean b; None if a group has fewer than two values.
+    """
+    first, second = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    if min(len(first), len(second)) < 2:
+        return None
+    parts = np.array([group.var(ddof=1) / len(group) for group in (first, second)])
+    difference, total = float(first.mean() - second.mean()), float(parts.sum())
+    if total == 0.0:
+        return Interval(difference, difference, level, "welch", "degenerate")
+    freedom = total**2 / float((parts**2 / (np.array([len(first), len(second)]) - 1)).sum())
+    return _around(difference, math.sqrt(total), freedom, level, "welch")
+
+
 def shape_range(paths: Mapping[str, Sequence[Sequence[float] | np.ndarray]], level: float = 0.95) -> ShapeRange:
     """Range of the path means, with its interval over repetitions.
 
@@ -192,7 +253,7 @@ def clopper_pearson(count: int, runs: int, level: float = 0.95) -> Interval:
     return Interval(low, high, level, "clopper-pearson")
 
 
-def _around(mean: float, error: float, freedom: int, level: float, method: str) -> Interval:
+def _around(mean: float, error: float, freedom: float, level: float, method: str) -> Interval:
     """Return Student's interval of a mean with a standard error."""
     from scipy.special import stdtrit
 

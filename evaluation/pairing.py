@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from .intervals import Interval, suite_interval
+from .intervals import Interval, suite_bootstrap, suite_interval
 from .rows import Cell, Key, Reading
 
 FLOOR = 1e-9
@@ -41,9 +41,12 @@ class Ratios:
 
     def suite_interval(self) -> Interval | None:
         """Return the interval over repetitions of the same mean, as a ratio; None without repetitions."""
-        logs, paths = self._logs(), self._paths()
-        weights = [1.0 / (len(paths) * len(paths[cell[0]])) for cell in logs]
-        interval = suite_interval(list(logs.values()), weights)
+        interval = suite_interval(*self._weighted_cells())
+        return interval.exponentiated() if interval else None
+
+    def suite_bootstrap(self) -> Interval | None:
+        """Return the bootstrap interval beside :meth:`suite_interval`."""
+        interval = suite_bootstrap(*self._weighted_cells())
         return interval.exponentiated() if interval else None
 
     def cell_means(self, side: Literal[0, 1]) -> list[float]:
@@ -61,6 +64,11 @@ class Ratios:
         """Return each trajectory's mean of controller less reference over its cells, shape (n,) [the metric's unit]."""
         cells = self._cells(lambda a, b: a - b)
         return np.array([np.mean([np.mean(cells[cell]) for cell in path]) for path in self._paths().values()])
+
+    def _weighted_cells(self) -> tuple[list[list[float]], list[float]]:
+        """Return each cell's log-ratios and its weight in the mean over trajectories."""
+        logs, paths = self._logs(), self._paths()
+        return list(logs.values()), [1.0 / (len(paths) * len(paths[cell[0]])) for cell in logs]
 
     def _logs(self) -> dict[Cell, list[float]]:
         """Return the log-ratios of each cell's repetitions."""

@@ -11,8 +11,10 @@ from .intervals import (
     bca_interval,
     clopper_pearson,
     shape_range,
+    suite_bootstrap,
     suite_interval,
     t_interval,
+    welch_interval,
 )
 
 __all__ = [
@@ -28,8 +30,11 @@ __all__ = [
     "shape_range",
     "sign_flip_floor",
     "sign_flip_test",
+    "suite_bootstrap",
     "suite_interval",
     "t_interval",
+    "welch_interval",
+    "wilcoxon_test",
 ]
 
 EXACT_FLIPS = 20
@@ -113,6 +118,30 @@ def sign_flip_floor(n: int) -> float:
         2^(1 - n), at most 1.
     """
     return min(1.0, 2.0 ** (1 - n))
+
+
+def wilcoxon_test(differences: Sequence[float] | np.ndarray) -> float:
+    """Two-sided exact signed-rank test of paired differences: beside the sign-flip test, and deaf to outliers.
+
+    Args:
+        differences: One difference for each unit, for example log-ratios, shape (n,).
+
+    Returns:
+        The p value; 1 if no difference is other than zero.
+
+    Raises:
+        TooFewUnits: If there is no value.
+    """
+    from scipy.stats import wilcoxon
+
+    sample = np.asarray(differences, dtype=float)
+    if len(sample) == 0:
+        raise TooFewUnits("signed-rank test", 0, 1)
+    # A pair without a difference has no sign to rank.
+    signed = sample[sample != 0.0]
+    if len(signed) == 0:
+        return 1.0
+    return float(wilcoxon(signed, method="exact" if len(signed) <= EXACT_FLIPS else "approx").pvalue)
 
 
 def holm(p_values: Sequence[float] | np.ndarray) -> np.ndarray:

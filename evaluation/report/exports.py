@@ -11,6 +11,7 @@ from ..comparison import Comparison
 from ..intervals import Interval
 from ..metrics import METRICS
 from ..summary import Summary
+from .claims import ClaimsPanel, claim_figures
 from .draws import drawn_by
 from .fairness import ledger_of
 from .findings import COMPARED, HEADLINES, SUMMARISED, Findings
@@ -103,7 +104,10 @@ def comparisons_csv(findings: Sequence[Findings]) -> str:
 
 
 def summary_json(
-    findings: Sequence[Findings], panels: Sequence[Panels], campaigns: Sequence[Mapping[str, object]]
+    findings: Sequence[Findings],
+    panels: Sequence[Panels],
+    campaigns: Sequence[Mapping[str, object]],
+    claims: ClaimsPanel | None,
 ) -> str:
     """Return every figure of the page with unit, window, number of runs, interval and reference."""
     content = {
@@ -117,6 +121,7 @@ def summary_json(
             for name in SUMMARISED
         },
         "campaigns": list(campaigns),
+        "claims": claim_figures(claims) if claims else [],
     }
     return json.dumps(_finite(content), indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False) + "\n"
 
@@ -197,7 +202,7 @@ def _flat(table: Mapping[str, object]) -> dict[str, object]:
     """Return a table of plain values: intervals as two columns, lists joined."""
     flat: dict[str, object] = {}
     for name, value in table.items():
-        if name in ("interval_new_motions", "interval_suite", "bca"):
+        if name in ("interval_new_motions", "interval_suite", "suite_bootstrap", "bca"):
             limits = value if isinstance(value, Mapping) else {}
             flat |= {f"{name}.low": limits.get("low", ""), f"{name}.high": limits.get("high", "")}
         elif isinstance(value, Mapping):

@@ -111,7 +111,7 @@ def _shown(run: Run) -> Mapping[str, Mapping[str, Any]]:
     return shown if isinstance(shown, Mapping) else {}
 
 
-def _figure(run: Run, name: str, figure: str) -> np.ndarray | None:
+def figure_of(run: Run, name: str, figure: str) -> np.ndarray | None:
     """Return one figure of one diagnostic; None if it is missing or no number."""
     values = _shown(run).get(name, {}).get(figure)
     if values is None:
@@ -121,7 +121,7 @@ def _figure(run: Run, name: str, figure: str) -> np.ndarray | None:
 
 
 def _heavy_weight(run: Run) -> float | None:
-    weights = _figure(run, "weights", "last_lap_mean")
+    weights = figure_of(run, "weights", "last_lap_mean")
     return None if weights is None or weights.size < 2 else float(weights.ravel()[-1])
 
 
@@ -160,7 +160,7 @@ def _right_weights(runs: Sequence[Run]) -> dict[float, float]:
 def _slopes(runs: Sequence[Run]) -> Spread:
     groups: dict[tuple[str, int], list[tuple[float, float]]] = {}
     for run in runs:
-        weights = _figure(run, "weights", "run_mean")
+        weights = figure_of(run, "weights", "run_mean")
         if weights is not None and weights.size > 1:
             groups.setdefault((run.row.trajectory, run.row.repetition), []).append(
                 (float(weights.ravel()[-1]), run.row.mass)
@@ -210,7 +210,7 @@ def _spikes(runs: Sequence[Run]) -> dict[str, Spread]:
     for name, (_, neurons, steps) in LAYERS.items():
         spread = Spread()
         for run in runs:
-            mean = _figure(run, name, "run_mean")
+            mean = figure_of(run, name, "run_mean")
             if mean is not None:
                 fields = {"spikes": mean.ravel(), "neurons": mean.size * (neurons or 1), "steps": steps}
                 value = METRICS["spike_rate"].value_of(fields)

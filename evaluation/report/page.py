@@ -19,6 +19,7 @@ from . import (
     split_tables,
 )
 from .charts import Chart
+from .claims import ClaimsPanel
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
 from .panels import Panels
@@ -90,7 +91,10 @@ class Section:
 
 
 def render(
-    findings: Sequence[Findings], panels: Sequence[Panels], campaigns: Sequence[Mapping[str, object]]
+    findings: Sequence[Findings],
+    panels: Sequence[Panels],
+    campaigns: Sequence[Mapping[str, object]],
+    claims: ClaimsPanel | None,
 ) -> tuple[str, dict[str, str]]:
     """Return the page and its figures.
 
@@ -98,6 +102,7 @@ def render(
         findings: Findings of each world.
         panels: What the section of each world has besides.
         campaigns: Records of the campaigns, oldest first.
+        claims: Verdicts on the paper's claims; None if no run is about any.
 
     Returns:
         One HTML text that needs nothing beside it, and the texts of the figures' files by name.
@@ -110,12 +115,14 @@ def render(
         _section(found, extra, (sensitivity and sensitivity.title_of(found)) or _world_title(found, differing))
         for found, extra in zip(findings, panels, strict=True)
     ]
+    shown = [extra.metrics for extra in panels] + ([claims.metrics] if claims else [])
     page = environment.get_template("page.html").render(
         title=title,
         description=description,
         sections=sections,
+        claims=claims,
         sensitivity=sensitivity,
-        definitions=records.definition_table(dict.fromkeys(name for extra in panels for name in extra.metrics)),
+        definitions=records.definition_table(dict.fromkeys(name for names in shown for name in names)),
         campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
     )
     return page, _figure_files(environment, sections)

@@ -11,6 +11,7 @@ from .lap_figures import lap_charts
 from .module_figures import gain_charts, load_charts
 from .module_tables import correlation_table, module_operation_table, operation_table, spike_table
 from .modules import Modules, modules_of
+from .profile_figures import profile_charts
 from .resilience import SERIES, Event, Resilience, resilience_of
 from .resilience_figures import MOST_CHARTS, curve_charts, zoom_charts
 from .resilience_tables import event_table, peak_table, rate_table, unjudged_table
@@ -91,12 +92,14 @@ class Panels:
         modules: What its controllers' modules did; None if none shows any.
         robustness: Its margins; None if nobody measured any.
         laps: Errors by lap.
+        profiles: Shares of runs within multiples of the reference's error.
     """
 
     resilience: ResiliencePanel | None = None
     modules: ModulesPanel | None = None
     robustness: RobustnessPanel | None = None
     laps: Sequence[Chart] = ()
+    profiles: Sequence[Chart] = ()
 
     @property
     def metrics(self) -> list[str]:
@@ -112,7 +115,7 @@ class Panels:
     @property
     def charts(self) -> list[Chart]:
         """All charts, in the order of the page."""
-        found = list(self.laps)
+        found = [*self.laps, *self.profiles]
         if self.resilience is not None:
             found += [*self.resilience.curves, *self.resilience.zooms]
         if self.modules is not None:
@@ -132,6 +135,7 @@ def panels_of(findings: Findings, store: Store) -> Panels:
         modules=_modules(findings, store),
         robustness=_robustness(findings),
         laps=lap_charts(findings),
+        profiles=profile_charts(findings),
     )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ...controllers import InvalidInput
 from ...scenarios.store import Store
+from .claims import claims_of
 from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
 from .findings import find_all
 from .page import render
@@ -58,12 +59,13 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
         stored, campaigns = store.runs(), store.campaigns()
         findings = find_all(worlds_of(stored, campaigns))
         panels = [panels_of(found, store) for found in findings]
-    page, figures = render(findings, panels, campaigns)
+        claims = claims_of(findings, panels, store)
+    page, figures = render(findings, panels, campaigns, claims)
     texts = {
         **{f"{FIGURES}/{name}": text for name, text in figures.items()},
         "runs.csv": runs_csv(findings),
         "comparisons.csv": comparisons_csv(findings),
-        "summary.json": summary_json(findings, panels, campaigns),
+        "summary.json": summary_json(findings, panels, campaigns, claims),
         "index.html": page,
     }
     if probes := probes_csv(findings):

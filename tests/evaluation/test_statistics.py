@@ -20,8 +20,11 @@ from torquebench.evaluation.statistics import (
     shape_range,
     sign_flip_floor,
     sign_flip_test,
+    suite_bootstrap,
     suite_interval,
     t_interval,
+    welch_interval,
+    wilcoxon_test,
 )
 
 RATIOS = np.log([0.8, 0.75, 0.9, 0.7, 0.85, 0.95, 0.6, 0.88])
@@ -57,6 +60,11 @@ def test_the_t_interval_of_the_eight():
     """0.70128 to 0.90349."""
     interval = t_interval(RATIOS).exponentiated()
     assert (interval.low, interval.high) == pytest.approx((0.70128, 0.90349), abs=1e-5)
+
+
+def test_the_t_interval_of_the_eight_reaches_one_at_its_p_value():
+    """The p value of the t test is 0.003751: an interval at that level ends exactly where nothing is different."""
+    assert t_interval(RATIOS, level=1.0 - 0.003751).high == pytest.approx(0.0, abs=1e-4)
 
 
 @given(logs.filter(lambda d: np.ptp(d) > 1e-6))
@@ -285,3 +293,57 @@ def test_the_suite_interval_covers_with_two_repetitions():
     truth = rng.normal(size=(24, 1))
     trials = [suite_interval(truth + 0.1 * rng.normal(size=(24, 2))).contains(float(truth.mean())) for _ in range(300)]
     assert 0.92 <= np.mean(trials) <= 0.98
+
+
+def test_the_bootstrap_of_the_suite_agrees_with_its_closed_form():
+    """Inflated deviations: as wide as the t interval is without its small-sample factor."""
+    rng = np.random.default_rng(11)
+    cells = rng.normal(size=(40, 1)) + 0.1 * rng.normal(size=(40, 3))
+    closed, drawn = suite_interval(cells), suite_bootstrap(cells)
+    assert drawn.high - drawn.low == pytest.approx(closed.high - closed.low, rel=0.08)
+    assert (drawn.low + drawn.high) / 2.0 == pytest.approx(float(cells.mean()), abs=2e-3)
+
+
+def test_the_bootstrap_of_the_suite_needs_repetitions():
+    """And one cell with a second repetition is enough to resample."""
+    assert suite_bootstrap([[1.0], [2.0]]) is None
+    assert suite_bootstrap([]) is None
+    assert suite_bootstrap([[1.0, 3.0], [2.0]]).contains(2.0)
+    assert suite_bootstrap([[1.0, 1.0], [2.0]]).status == "degenerate"
+
+
+def test_the_signed_rank_test_of_the_eight():
+    """All of one sign: 2 of 256 rank patterns; with the first reversed 0.078125."""
+    assert wilcoxon_test(RATIOS) == pytest.approx(2.0 / 256.0)
+    assert wilcoxon_test(RATIOS * np.array([-1.0, *[1.0] * 7])) == pytest.approx(0.078125)
+
+
+def test_the_signed_rank_test_of_nothing():
+    """Pairs without a difference are no evidence, no pairs are an error."""
+    assert wilcoxon_test(np.zeros(6)) == 1.0
+    assert wilcoxon_test([0.0, 0.1, 0.2, 0.3]) == wilcoxon_test([0.1, 0.2, 0.3]) == 0.25
+    with pytest.raises(TooFewUnits):
+        wilcoxon_test([])
+
+
+@given(logs.filter(lambda d: np.ptp(d) > 1e-6), logs.filter(lambda d: np.ptp(d) > 1e-6))
+def test_welchs_interval_is_scipys(a, b):
+    """The closed form against the library's test."""
+    expected = stats.ttest_ind(a, b, equal_var=False).confidence_interval(0.95)
+    interval = welch_interval(a, b)
+    assert (interval.low, interval.high) == pytest.approx((expected.low, expected.high), rel=1e-6, abs=1e-9)
+
+
+def test_welchs_interval_needs_two_of_each():
+    """One motion has no spread; two groups without any are a point."""
+    assert welch_interval([1.0], [1.0, 2.0]) is None
+    assert welch_interval([2.0, 2.0], [1.0, 1.0]) == Interval(1.0, 1.0, 0.95, "welch", "degenerate")
+
+
+def test_t_covers_where_the_bootstrap_does_not():
+    """Why t stands first: at eight trajectories BCa covers less than 95 %, and less than t on the same draws."""
+    draws = np.random.default_rng(13).normal(size=(150, 8))
+    t_covers = np.mean([t_interval(d).contains(0.0) for d in draws])
+    bca_covers = np.mean([bca_interval(d, n_resamples=499).contains(0.0) for d in draws])
+    assert bca_covers < t_covers
+    assert bca_covers < 0.95

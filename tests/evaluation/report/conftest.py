@@ -217,3 +217,12 @@ def quick(tmp_path_factory: pytest.TempPathFactory) -> Page:
 def shelf_class() -> type[Shelf]:
     """What fixtures of a wider scope fill."""
     return Shelf
+
+
+@pytest.fixture(scope="session")
+def precise(tmp_path_factory: pytest.TempPathFactory) -> Page:
+    """CBMC-V3 and the factory controller on the paper's grid of sand, two repetitions."""
+    shelf, scales = Shelf(tmp_path_factory.mktemp("precise") / "store"), {("flexiv_factory", "none"): 17.2e-3}
+    for repetition in (0, 1):
+        shelf.grid(scales | {("cbmc_v3", "none"): 12.0e-3}, masses=(1.5, 2.0, 2.5, 3.0, 3.5), repetition=repetition)
+    return shelf.campaign().report()

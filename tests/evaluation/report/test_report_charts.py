@@ -81,3 +81,11 @@ def test_a_spread_says_what_it_could_not_count():
     assert spread.missing == 2
     cell = spread_cell(spread, "s", 2)
     assert (cell.text, cell.note) == ("3.00", "[1.00..never] 1 of 3 never 1 missing 1 undefined")
+
+
+def test_profiles_stand_beside_the_comparisons(quick):
+    """A ratio hides what a failed run costs; the distribution shows it, and says how much is within the reference's."""
+    assert (quick.files.figures / "w1-profile-position.svg").is_file()
+    assert (quick.files.figures / "w1-profile-orientation.svg").is_file()
+    assert "in the same cell: " in quick.html
+    assert "flexiv_full_ff / none: 96 %" in quick.html

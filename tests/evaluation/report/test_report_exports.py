@@ -146,8 +146,8 @@ def test_a_summary_is_the_same_text_each_time_and_holds_every_world(small):
     """Sorted keys: two summaries can be compared line by line."""
     found = found_in(small)
     panels = [Panels() for _ in found]
-    text = summary_json(found, panels, [{"seed": 1}])
-    assert text == summary_json(found, panels, [{"seed": 1}])
+    text = summary_json(found, panels, [{"seed": 1}], None)
+    assert text == summary_json(found, panels, [{"seed": 1}], None)
     content = json.loads(text)
     assert len(content["worlds"]) == len(found) == 1
     assert content["campaigns"] == [{"seed": 1}]
@@ -156,7 +156,9 @@ def test_a_summary_is_the_same_text_each_time_and_holds_every_world(small):
 
 def test_a_summary_has_no_word_that_json_does_not_know(small):
     """Infinity and NaN are null: half of all parsers refuse the file otherwise."""
-    text = summary_json(found_in(small), [Panels()], [{"a": math.nan, "b": [math.inf, {"c": (-math.inf,)}], 3: 1}])
+    text = summary_json(
+        found_in(small), [Panels()], [{"a": math.nan, "b": [math.inf, {"c": (-math.inf,)}], 3: 1}], None
+    )
     assert json.loads(text)["campaigns"] == [{"a": None, "b": [None, {"c": [None]}], "3": 1}]
 
 
@@ -166,6 +168,6 @@ def test_a_setting_that_differed_from_run_to_run_keeps_all_its_values(small):
         run = small.specification("tuned_law", "none", trajectory)
         entry = {"setting": "gain", "value": value, "source": "rule", "note": "", "trials": 0, "learnt_before": ""}
         small.put(run, replace(small.result(run, 1e-3, "slow"), ledger=[entry]))
-    (world,) = json.loads(summary_json(found_in(small), [Panels()], []))["worlds"]
+    (world,) = json.loads(summary_json(found_in(small), [Panels()], [], None))["worlds"]
     (gain,) = world["controllers"]["tuned_law / none"]["ledger"]
     assert [json.loads(value) for value in gain["value"]] == [10.0, 30.0]

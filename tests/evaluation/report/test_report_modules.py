@@ -65,7 +65,7 @@ def modules(shelf):
 
 
 def test_a_store_without_modules_has_no_such_section(quick):
-    assert "-modules" not in quick.html
+    assert "w1-modules" not in quick.html
     assert "modules" not in quick.summary["worlds"][0]
 
 

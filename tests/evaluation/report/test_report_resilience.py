@@ -86,7 +86,7 @@ def row_of(page, table, label):
 
 
 def test_a_store_without_load_events_has_no_such_section(quick):
-    assert "-resilience" not in quick.html
+    assert "w1-resilience" not in quick.html
     assert "resilience" not in quick.summary["worlds"][0]
 
 

@@ -1,0 +1,55 @@
+"""Performance profiles as figures: the whole distribution behind a ratio, failures included."""
+
+import numpy as np
+
+from ..errors import NothingToCompare
+from ..profiles import MULTIPLES, Profile, score_profile
+from .charts import Axis, Chart, Curve
+from .findings import HEADLINES, WINDOW, Findings
+from .sentences import SUBJECTS
+
+MOST_PROFILES = 6
+"""Controllers of a figure; more lines cannot be told apart."""
+
+
+def profile_charts(findings: Findings) -> list[Chart]:
+    """Return the share of runs within each multiple of the reference's error, a chart for each headline metric.
+
+    Args:
+        findings: The world's findings; empty if nothing is compared in it.
+    """
+    found = ((metric, _profiles(findings, metric)) for metric in HEADLINES)
+    return [_chart(findings, metric, profiles) for metric, profiles in found if profiles]
+
+
+def _profiles(findings: Findings, metric: str) -> list[Profile]:
+    """Return the profiles of a metric; empty if the reference has no value to be a multiple of."""
+    world = findings.world
+    labels = [label for label in findings.order if label in findings.comparisons[metric]][:MOST_PROFILES]
+    try:
+        return [score_profile(world.rows, label, world.reference, metric, WINDOW) for label in labels]
+    except NothingToCompare:
+        return []
+
+
+def _chart(findings: Findings, metric: str, found: list[Profile]) -> Chart:
+    world, subject = findings.world, SUBJECTS[metric]
+    bands = len(found) <= 2
+    curves = [
+        Curve(label=p.controller, x=MULTIPLES, y=100.0 * p.share, style=i, band=_band(p) if bands else None)
+        for i, p in enumerate(found)
+    ]
+    at_one = int(abs(MULTIPLES - 1.0).argmin())
+    words = "; ".join(f"{p.controller}: {100.0 * p.share[at_one]:.0f} %" for p in found)
+    return Chart(
+        id=f"{world.id}-profile-{subject}",
+        title=f"Share of runs within a multiple of the {subject} error of {world.reference}",
+        description=f"A failed run is within none. Within the reference's own mean error in the same cell: {words}",
+        x=Axis("multiple of the reference's mean error in the cell, logarithmic", 0.1, 10.0, log=True),
+        y=Axis("share of runs [%]", 0.0, 104.0),
+        curves=curves,
+    )
+
+
+def _band(profile: Profile) -> tuple[np.ndarray, np.ndarray] | None:
+    return None if profile.band is None else (100.0 * profile.band[0], 100.0 * profile.band[1])
