@@ -38,19 +38,20 @@ def refine(
     Returns:
         Whether it was replaced.
     """
-    v = gradient.shape[0]
-    factor, free, spread = np.empty((v, v)), np.empty(v), np.empty(rows.shape)
+    v, count = gradient.shape[0], rows.shape[0]
+    factor, free, spread, columns = np.empty((v, v)), np.empty(v), np.empty(v), np.empty((v, count))
     if not _cholesky(hessian, factor):
         return False
     _forward(factor, gradient, free)
-    for i in range(rows.shape[0]):
+    for i in range(count):
         if abs(multipliers[i]) > tolerance:
-            _forward(factor, rows[i], spread[i])
+            _forward(factor, rows[i], spread)
+            columns[:, i] = spread
     opposite = np.empty(v)
-    if not _project(free, spread, least, most, multipliers, tolerance, opposite):
+    if not _project(free, columns, least, most, multipliers, tolerance, opposite):
         return False
     _backward(factor, opposite)
-    if not holds(rows, least, most, opposite, tolerance):
+    if not holds(np.ascontiguousarray(rows.T), least, most, opposite, tolerance):
         return False
     for k in range(v):
         solution[k] = -opposite[k]
@@ -60,7 +61,7 @@ def refine(
 @numba.njit(cache=True)
 def refine_projection(
     gradient: np.ndarray,
-    rows: np.ndarray,
+    columns: np.ndarray,
     least: np.ndarray,
     most: np.ndarray,
     multipliers: np.ndarray,
@@ -71,7 +72,7 @@ def refine_projection(
 
     Args:
         gradient: g, shape (v,).
-        rows: C, shape (r, v).
+        columns: C by column, shape (v, r).
         least: l, shape (r,).
         most: u, shape (r,).
         multipliers: Of the rows, positive at the upper bound, negative at the lower, shape (r,).
@@ -82,9 +83,9 @@ def refine_projection(
         Whether it was replaced.
     """
     opposite = np.empty(gradient.shape[0])
-    if not _project(gradient, rows, least, most, multipliers, tolerance, opposite):
+    if not _project(gradient, columns, least, most, multipliers, tolerance, opposite):
         return False
-    if not holds(rows, least, most, opposite, tolerance):
+    if not holds(columns, least, most, opposite, tolerance):
         return False
     for k in range(gradient.shape[0]):
         solution[k] = -opposite[k]
@@ -94,62 +95,74 @@ def refine_projection(
 @numba.njit(cache=True)
 def _project(
     gradient: np.ndarray,
-    rows: np.ndarray,
+    columns: np.ndarray,
     least: np.ndarray,
     most: np.ndarray,
     multipliers: np.ndarray,
     tolerance: float,
     opposite: np.ndarray,
 ) -> bool:
-    """Write the opposite of the minimiser on the active rows for H = 1, and return whether they are independent."""
+    """Write the opposite of the minimiser on the active rows for H = 1, and return whether they are independent.
+
+    Sums run over the unknowns in the outer loop: the processor then adds many rows at once, and in the same order.
+    """
     v, count = gradient.shape[0], 0
-    active = np.empty(rows.shape[0], dtype=np.int64)
-    for i in range(rows.shape[0]):
+    active = np.empty(columns.shape[1], dtype=np.int64)
+    for i in range(columns.shape[1]):
         if abs(multipliers[i]) > tolerance:
             active[count] = i
             count += 1
     if count > v:
         return False
-    schur, inner, forces = np.empty((count, count)), np.empty((count, count)), np.empty(count)
+    rows, schur, inner, forces = (
+        np.empty((v, count)),
+        np.zeros((count, count)),
+        np.empty((count, count)),
+        np.empty(count),
+    )
     for a in range(count):
         i = active[a]
         forces[a] = -(most[i] if multipliers[i] > 0.0 else least[i])
-        for k in range(v):
-            forces[a] -= rows[i, k] * gradient[k]
-        for b in range(count):
-            schur[a, b] = 0.0
-            for k in range(v):
-                schur[a, b] += rows[i, k] * rows[active[b], k]
+    for k in range(v):
+        for a in range(count):
+            rows[k, a] = columns[k, active[a]]
+        for a in range(count):
+            forces[a] -= rows[k, a] * gradient[k]
+        for a in range(count):
+            share = rows[k, a]
+            for b in range(count):
+                schur[a, b] += share * rows[k, b]
     if not _cholesky(schur, inner):
         return False
     _forward(inner, forces.copy(), forces)
     _backward(inner, forces)
     for k in range(v):
         opposite[k] = gradient[k]
-    for a in range(count):
-        for k in range(v):
-            opposite[k] += forces[a] * rows[active[a], k]
+        for a in range(count):
+            opposite[k] += forces[a] * rows[k, a]
     return True
 
 
 @numba.njit(cache=True)
-def holds(rows: np.ndarray, least: np.ndarray, most: np.ndarray, opposite: np.ndarray, tolerance: float) -> bool:
+def holds(columns: np.ndarray, least: np.ndarray, most: np.ndarray, opposite: np.ndarray, tolerance: float) -> bool:
     """Return whether the opposite of a point violates no row by more than the tolerance; NaN never holds.
 
     Args:
-        rows: C, shape (r, v).
+        columns: C by column, shape (v, r).
         least: l, shape (r,).
         most: u, shape (r,).
         opposite: Minus the point, shape (v,).
         tolerance: Largest violation.
     """
-    for i in range(rows.shape[0]):
-        value = 0.0
-        for k in range(opposite.shape[0]):
-            value -= rows[i, k] * opposite[k]
-        if not (least[i] - tolerance <= value <= most[i] + tolerance):
-            return False
-    return True
+    values = np.zeros(columns.shape[1])
+    for k in range(opposite.shape[0]):
+        share = opposite[k]
+        for i in range(values.shape[0]):
+            values[i] -= columns[k, i] * share
+    inside = True
+    for i in range(values.shape[0]):
+        inside &= least[i] - tolerance <= values[i] <= most[i] + tolerance
+    return inside
 
 
 @numba.njit(cache=True)

@@ -100,8 +100,8 @@ def tracking_gradient(
 
 
 @numba.njit(cache=True)
-def torque_rows(
-    derivatives: np.ndarray, position: np.ndarray, velocity: np.ndarray, selection: np.ndarray, rows: np.ndarray
+def torque_columns(
+    derivatives: np.ndarray, position: np.ndarray, velocity: np.ndarray, selection: np.ndarray, columns: np.ndarray
 ) -> None:
     r"""Write how the torques at the knots depend on the accelerations of the blocks.
 
@@ -113,17 +113,16 @@ def torque_rows(
         position: Gamma^q, shape (N + 1, b); or another basis of the same.
         velocity: Gamma^v, shape (N + 1, b).
         selection: S, shape (N, b).
-        rows: Receives C, knot after knot, shape (N n, b n).
+        columns: Receives C by column, one for each joint of each block, shape (b n, N n).
     """
     knots, blocks = selection.shape
     n = derivatives.shape[2]
     for k in range(knots):
-        for i in range(n):
-            row = rows[k * n + i]
-            for b in range(blocks):
-                by_q, by_dq, by_ddq = position[k, b], velocity[k, b], selection[k, b]
-                for j in range(n):
-                    row[b * n + j] = (
+        for b in range(blocks):
+            by_q, by_dq, by_ddq = position[k, b], velocity[k, b], selection[k, b]
+            for j in range(n):
+                for i in range(n):
+                    columns[b * n + j, k * n + i] = (
                         by_q * derivatives[k, j, i]
                         + by_dq * derivatives[k, n + j, i]
                         + by_ddq * derivatives[k, 2 * n + j, i]

@@ -8,7 +8,7 @@ from scipy.linalg import solve_triangular
 from ..controllers import Preview, RobotModel
 from .compiled_function import BufferedFunction
 from .mpc_horizon import Horizon, JointCost, tracking_cost
-from .mpc_kernels import reference_accelerations, roll_out, torque_room, torque_rows, tracking_gradient
+from .mpc_kernels import reference_accelerations, roll_out, torque_columns, torque_room, tracking_gradient
 from .quadratic_program import ProjectionProgram
 from .symbolic_dynamics import torque_function
 
@@ -59,13 +59,13 @@ class PlanProblem(ABC):
         self.q, self.dq, self.ddq = np.zeros((knots + 1, n)), np.zeros((knots + 1, n)), np.zeros((knots, n))
         self._q_error, self._dq_error = np.zeros((knots + 1, n)), np.zeros((knots + 1, n))
         self._ddq_reference, self._ddq_error = np.zeros((knots, n)), np.zeros((knots, n))
-        self._gradient, self._rows = np.zeros(blocks * n), np.zeros((knots * n, blocks * n))
+        self._gradient, self._columns = np.zeros(blocks * n), np.zeros((blocks * n, knots * n))
         self._least, self._most = np.zeros(knots * n), np.zeros(knots * n)
         self.restart()
 
     def restart(self) -> None:
         """Forget the last solution and the counters."""
-        rows, variables = self._rows.shape
+        variables, rows = self._columns.shape
         self.program = ProjectionProgram(variables, rows, tolerance=TOLERANCE, outer=OUTER, inner=INNER)
 
     def solve(
@@ -91,7 +91,7 @@ class PlanProblem(ABC):
         np.subtract(self.dq, reference.dq, out=self._dq_error)
         np.subtract(self.ddq, self._ddq_reference, out=self._ddq_error)
         self._condense(outputs["derivatives"], reference)
-        change = self.program.solve(self._gradient, self._rows, self._least, self._most)
+        change = self.program.solve(self._gradient, self._columns, self._least, self._most)
         if change is None:
             return None
         better: np.ndarray = accelerations + self._accelerations(change)
@@ -106,7 +106,7 @@ class PlanProblem(ABC):
 
     @abstractmethod
     def _condense(self, derivatives: np.ndarray, reference: Preview) -> None:
-        """Fill gradient and torque rows in coordinates in which the Hessian is the identity."""
+        """Fill gradient and torque rows, by column, in coordinates in which the Hessian is the identity."""
 
     @abstractmethod
     def _accelerations(self, change: np.ndarray) -> np.ndarray:
@@ -137,7 +137,7 @@ class JointProblem(PlanProblem):
         basis = (self._position, self._velocity, self._selection)
         errors = (self._q_error, self._dq_error, self._ddq_error)
         tracking_gradient(*errors, self._weights, *basis, self._gradient)
-        torque_rows(derivatives, *basis, self._rows)
+        torque_columns(derivatives, *basis, self._columns)
 
     def _accelerations(self, change: np.ndarray) -> np.ndarray:
         return np.asarray(self._unwhiten @ change.reshape(len(self._unwhiten), -1))

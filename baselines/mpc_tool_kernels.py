@@ -102,21 +102,22 @@ def factorise(matrix: np.ndarray) -> bool:
 
 
 @numba.njit(cache=True)
-def whiten(factor: np.ndarray, rows: np.ndarray) -> None:
+def whiten(factor: np.ndarray, columns: np.ndarray) -> None:
     r"""Replace rows by what they are in coordinates y = U x: the solution Z of Z U = C.
 
     Args:
         factor: U in its upper triangle, shape (v, v).
-        rows: C, replaced, shape (r, v).
+        columns: C by column, replaced, shape (v, r).
     """
-    v = factor.shape[0]
-    for r in range(rows.shape[0]):
-        row = rows[r]
-        for j in range(v):
-            row[j] /= factor[j, j]
-            scale = row[j]
-            for k in range(j + 1, v):
-                row[k] -= scale * factor[j, k]
+    v, count = columns.shape
+    for j in range(v):
+        pivot = factor[j, j]
+        for r in range(count):
+            columns[j, r] /= pivot
+        for k in range(j + 1, v):
+            scale = factor[j, k]
+            for r in range(count):
+                columns[k, r] -= columns[j, r] * scale
 
 
 @numba.njit(cache=True)

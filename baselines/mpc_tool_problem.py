@@ -5,7 +5,7 @@ import numpy as np
 from ..controllers import Preview, RobotModel
 from .compiled_function import BufferedFunction
 from .mpc_horizon import Horizon, JointCost, terminal_cost
-from .mpc_kernels import torque_rows, tracking_gradient
+from .mpc_kernels import torque_columns, tracking_gradient
 from .mpc_problem import PlanProblem
 from .mpc_tool_kernels import add_tool_cost, factorise, tool_slopes, unwhiten, whiten
 from .symbolic_dynamics import tool_function
@@ -51,7 +51,7 @@ class ToolProblem(PlanProblem):
         basis = (self.horizon.position, self.horizon.velocity, self.horizon.selection)
         errors = (self._q_error, self._dq_error, self._ddq_error)
         tracking_gradient(*errors, self._weights, *basis, self._gradient)
-        torque_rows(derivatives, *basis, self._rows)
+        torque_columns(derivatives, *basis, self._columns)
         self._tool.inputs["q"][:] = self.q[1:]
         tool = self._tool()
         goal = reference.pose[1:]
@@ -60,8 +60,8 @@ class ToolProblem(PlanProblem):
         np.copyto(self._hessian, self._joint_hessian)
         add_tool_cost(self._slopes, self._curvatures, self.horizon.position, self._gradient, self._hessian)
         factorise(self._hessian)
-        whiten(self._hessian, self._rows)
-        whiten(self._hessian, self._gradient[None])
+        whiten(self._hessian, self._columns)
+        whiten(self._hessian, self._gradient[:, None])
 
     def _accelerations(self, change: np.ndarray) -> np.ndarray:
         unwhiten(self._hessian, change)

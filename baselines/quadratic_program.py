@@ -142,20 +142,22 @@ class ProjectionProgram(KeptSolver):
         super().__init__(variables, rows, tolerance=tolerance, outer=outer, inner=inner, warm=warm)
         self._identity = np.eye(variables)
 
-    def solve(self, gradient: np.ndarray, rows: np.ndarray, least: np.ndarray, most: np.ndarray) -> np.ndarray | None:
+    def solve(
+        self, gradient: np.ndarray, columns: np.ndarray, least: np.ndarray, most: np.ndarray
+    ) -> np.ndarray | None:
         """Return the minimiser, a new array, or None if it was not found to the tolerance.
 
         Args:
             gradient: g, shape (v,).
-            rows: C, shape (r, v).
+            columns: C by column, shape (v, r).
             least: l, shape (r,).
             most: u, shape (r,).
         """
         self.last_iterations = 0
-        if holds(rows, least, most, gradient, 0.0):
+        if holds(columns, least, most, gradient, 0.0):
             return -gradient
-        solution = self._attempt(self._identity, gradient, rows, least, most)
+        solution = self._attempt(self._identity, gradient, columns.T, least, most)
         if solution is not None:
             multipliers = self._program.results.z
-            refine_projection(gradient, rows, least, most, multipliers, self._tolerance, solution)
+            refine_projection(gradient, columns, least, most, multipliers, self._tolerance, solution)
         return solution
