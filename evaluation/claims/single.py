@@ -35,7 +35,7 @@ def slope(claim: Claim, evidence: Evidence) -> tuple[Ruling, Measured]:
     unit = "per event" if metric == RATE else f"{_unit(metric)}/kg"
     measured = Measured(
         value=float(over.mean()), unit=unit, interval=interval, n=len(over), of="trajectories",
-        test=f"sign flips, p = {sign_flip_test(over):.3g}", notes=(f"mean {scale:.3g} {_unit(metric)}",),
+        test=f"sign flips, p = {sign_flip_test(over):.3g}", notes=(f"mean {scale:.3g} {_unit(metric)}".removesuffix(" 1").rstrip(),),
     )  # fmt: skip
     return ruling, measured
 
