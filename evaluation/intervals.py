@@ -22,7 +22,7 @@ class Interval:
         high: Upper limit.
         level: Confidence level, for example 0.95.
         method: How it was made: ``t``, ``welch``, ``bca``, ``suite``, ``suite bootstrap``, ``blocks``,
-            ``clopper-pearson``.
+            ``clopper-pearson``; ``range``, the smallest and largest value and no confidence.
         status: ``ok``; ``degenerate``, all values alike, so that the limits are the point itself.
     """
 

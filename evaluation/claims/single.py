@@ -33,9 +33,10 @@ def slope(claim: Claim, evidence: Evidence) -> tuple[Ruling, Measured]:
     ends = None if interval is None else sorted((side * interval.low, side * interval.high))
     ruling = slope_rule(None if ends is None else Interval(ends[0], ends[1], 0.95, "t"), scale)
     unit = "per event" if metric == RATE else f"{_unit(metric)}/kg"
+    mean = f"mean {scale:.3g} {_unit(metric)}".removesuffix(" 1").rstrip()
     measured = Measured(
         value=float(over.mean()), unit=unit, interval=interval, n=len(over), of="trajectories",
-        test=f"sign flips, p = {sign_flip_test(over):.3g}", notes=(f"mean {scale:.3g} {_unit(metric)}",),
+        test=f"sign flips, p = {sign_flip_test(over):.3g}", notes=(mean,),
     )  # fmt: skip
     return ruling, measured
 
