@@ -7,9 +7,9 @@ from dataclasses import dataclass, fields
 class OperationCounts:
     """Operations of some event (a tick, a solve, an iteration) or of a second.
 
-    Synaptic operations follow NeuroBench (Yik and others, 2025): dense counts every weight at every step; effective only
-    products of a non-zero weight and a non-zero input, a multiply-accumulate where the input is analogue, an accumulate
-    where it is spikes. They are definitions; all other counts are operations that are carried out.
+    Synaptic operations follow NeuroBench (Yik and others, 2025): dense counts every weight at every step; effective
+    only products of a non-zero weight and a non-zero input, a multiply-accumulate where the input is analogue, an
+    accumulate where it is spikes. They are definitions; all other counts are operations that are carried out.
 
     Attributes:
         dense: Synaptic operations if every weight and input counted.

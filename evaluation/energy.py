@@ -122,9 +122,7 @@ def energy_table() -> EnergyTable:
     )
 
 
-def estimate(
-    counts: Mapping[str, float], *, touched: float, kept: float, table: EnergyTable | None = None
-) -> Estimate:
+def estimate(counts: Mapping[str, float], *, touched: float, kept: float, table: EnergyTable | None = None) -> Estimate:
     r"""Return what counts are estimated to cost.
 
     .. math:: P = \sum_i n_i e_i, \quad P_\text{memory} = n_\text{touched} \, \frac{\text{bytes}}{8} \, e_\text{memory}

@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from .charts import STYLES, Chart, Curve
+from .charts import STYLES, Chart, Curve, Point
 
 LEFT, RIGHT, TOP, BOTTOM = 46, 16, 16, 38
 LETTER = 6.4
@@ -106,6 +106,8 @@ def _content(chart: Chart) -> Iterable[str]:
     yield f'<text class="tick" x="2" y="{TOP - 5}">{escape(chart.y.title)}</text>'
     for curve in chart.curves:
         yield from _curve(chart, curve)
+    for point in chart.points:
+        yield _point(chart, point)
     if chart.direct:
         yield from _labels(chart, right)
 
@@ -123,6 +125,16 @@ def _curve(chart: Chart, curve: Curve) -> Iterable[str]:
     yield f'<path d="M{path}" {_stroke(curve.style, plain=curve.plain)}>{title}</path>' if points else ""
     if curve.dots:
         yield from (f'<circle class="f{curve.style % STYLES}" cx="{x}" cy="{y}" r="3"/>' for x, y in points)
+
+
+def _point(chart: Chart, point: Point) -> str:
+    """Return a mark with its key; filled or hollow, so that it does not hang on colour."""
+    x, y, style = _x(chart, point.x), _y(chart, point.y), point.style % STYLES
+    mark = f'<circle class="f{style}" cx="{x}" cy="{y}" r="4.5"/>'
+    if point.shape == "diamond":
+        mark = f'<path class="curve s{style}" d="M{x} {y - 5:g}l5 5-5 5-5-5Z"/>'
+    text = f'<text class="end" x="{x + 7:g}" y="{y - 3:g}">{escape(point.key)}</text>'
+    return f"<g><title>{escape(point.title)}</title>{mark}{text}</g>"
 
 
 def _labels(chart: Chart, right: int) -> Iterable[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ...controllers import InvalidInput
 from ...scenarios.store import Store
+from .efficiency import CostsOf, no_costs
 from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
 from .findings import find_all
 from .page import render
@@ -38,7 +39,7 @@ class ReportFiles:
     figures: Path
 
 
-def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
+def write_report(store_folder: Path, out: Path | None = None, *, costs_of: CostsOf = no_costs) -> ReportFiles:
     """Write the report of a run store; the same store gives the same bytes.
 
     All texts are made before the first file is touched, and each file is replaced as a whole, so a report that cannot
@@ -47,6 +48,7 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
     Args:
         store_folder: Folder of the store.
         out: Folder of the report; ``report`` within the store if None.
+        costs_of: Knows what controllers compute; asked once for each.
 
     Returns:
         What was written.
@@ -57,7 +59,7 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
     with Store.read(Path(store_folder)) as store:
         stored, campaigns = store.runs(), store.campaigns()
         findings = find_all(worlds_of(stored, campaigns))
-        panels = [panels_of(found, store) for found in findings]
+        panels = [panels_of(found, store, costs_of) for found in findings]
     page, figures = render(findings, panels, campaigns)
     texts = {
         **{f"{FIGURES}/{name}": text for name, text in figures.items()},
