@@ -84,7 +84,7 @@ def pareto_charts(findings: Findings, efficiency: Efficiency) -> list[Chart]:
         return []
     readings: tuple[tuple[str, str, Callable[[Computing], float]], ...] = (
         (ARITHMETIC, "arithmetic alone", lambda found: found.estimate.arithmetic),
-        (WITH_MEMORY, "arithmetic and memory traffic", lambda found: found.estimate.with_memory),
+        (WITH_MEMORY, "with memory traffic", lambda found: found.estimate.with_memory),
     )
     return [
         _chart(findings, efficiency, {k: read(efficiency.found[k]) for k in compared}, place, name, words)
@@ -97,7 +97,7 @@ def _chart(
 ) -> Chart:
     shown = unit_on_page(METRICS[POSITION].unit)
     errors = {label: shown.of(efficiency.errors[label]) for label in powers}
-    levels = list(dict.fromkeys(efficiency.knowledge[label] for label in powers))
+    levels = sorted({efficiency.knowledge[label] for label in powers})
     numbers = {label: str(number) for number, label in enumerate(efficiency.found, start=1)}
     front = efficiency.fronts[place]
     points = [
@@ -118,7 +118,7 @@ def _chart(
         curves.append(Curve(label=f"knowledge {level}", x=x, y=y, style=style))
     return Chart(
         id=f"{findings.world.id}-pareto-{name}",
-        title=f"Position error against estimated power, {words}",
+        title=f"Error against estimate: {words}",
         description=f"Estimates by the table's prices, no measurement. {'; '.join(point.title for point in points)}",
         x=_log_axis(f"estimate, {words} [\N{MICRO SIGN}W], logarithmic", powers.values()),
         y=_log_axis(f"mean position error [{shown.text}], logarithmic", errors.values()),

@@ -26,6 +26,7 @@ COUNTED: tuple[tuple[str, str, str, str], ...] = (
     ("comparisons", "Comparisons", DONE, ""),
     ("membrane_updates", "Membranes", DONE, "neuron-steps that moved a potential"),
     ("random_draws", "Draws", DONE, ""),
+    ("arithmetic", "All", DONE, "a MAC as two, everything else as one; learning apart"),
     ("learning_macs", "MAC", LEARNING, "backward passes and online updates, as the code does them"),
     ("parameter_updates", "Parameters moved", LEARNING, ""),
 )
