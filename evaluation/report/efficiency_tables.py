@@ -42,7 +42,7 @@ def count_table(findings: Findings, efficiency: Efficiency) -> Table:
     cells = [_heads(findings, efficiency)]
     for name, text, group, note in COUNTED:
         columns.append(Column(text, "10\N{SUPERSCRIPT SIX}/s", group=group, note=note))
-        cells.append(_scaled(efficiency, lambda found, name=name: MEGA * float(getattr(found.counts, name))))
+        cells.append(_scaled(efficiency, _counted(name)))
     kept: tuple[tuple[str, str, Callable[[Computing], float]], ...] = (
         ("Parameters", "kB", lambda found: KILO * bytes_each * found.costs.parameters),
         ("State", "kB", lambda found: KILO * bytes_each * found.costs.state),
@@ -143,6 +143,11 @@ def _time_share(findings: Findings, label: str) -> float | None:
 
 def _heads(findings: Findings, efficiency: Efficiency) -> list[Cell]:
     return head_cells(efficiency.found, (f"#{findings.runs_anchor(label)}" for label in efficiency.found))
+
+
+def _counted(name: str) -> Callable[[Computing], float]:
+    """Return what reads one count in millions a second."""
+    return lambda found: MEGA * float(getattr(found.counts, name))
 
 
 def _scaled(efficiency: Efficiency, read: Callable[[Computing], float]) -> list[Cell]:
