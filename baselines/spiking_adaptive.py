@@ -93,7 +93,10 @@ class SpikingAdaptive(Controller):
     def operations(self) -> Mapping[str, int]:
         """Return spikes, decoder updates and products of the ensemble since reset."""
         tally, encoders = self.ensemble.tally, self.ensemble.encoders
+        weights = encoders.size + self.ensemble.decoders.size
         return {
+            "ensemble_dense": int(tally[TICKS]) * weights,
+            "ensemble_effective_macs": int(tally[TICKS]) * encoders.size,
             "ensemble_spikes": int(tally[SPIKES]),
             "ensemble_parameter_updates": int(tally[UPDATES]),
             "ensemble_effective_acs": int(tally[SPIKES]) * len(self.ensemble.output),

@@ -31,7 +31,7 @@ def torque_function(robot: RobotModel) -> ca.Function:
     """
     q, dq, ddq = (ca.SX.sym(name, robot.n) for name in ("q", "dq", "ddq"))
     payload, rotor = ca.SX.sym("payload", 10), ca.SX.sym("rotor", robot.n)
-    torque = _newton_euler(_Chain.of(robot), q, dq, ddq, payload) + rotor * ddq
+    torque = torque_expression(robot, q, dq, ddq, payload) + rotor * ddq
     derivatives = ca.jacobian(torque, ca.vertcat(q, dq, ddq))
     outputs = ca.cse([torque, ca.densify(derivatives)])
     names = ["q", "dq", "ddq", "payload", "rotor"], ["torque", "derivatives"]
@@ -47,7 +47,35 @@ def tool_function(robot: RobotModel) -> ca.Function:
     Args:
         robot: The arm.
     """
-    chain, q = _Chain.of(robot), ca.SX.sym("q", robot.n)
+    q = ca.SX.sym("q", robot.n)
+    return ca.Function(
+        "tool", [q], ca.cse(list(tool_expressions(robot, q))), ["q"], ["position", "rotation", "jacobian"]
+    )
+
+
+def torque_expression(
+    robot: RobotModel, q: Expression, dq: Expression, ddq: Expression, payload: Expression
+) -> Expression:
+    """Return the torque of a motion without rotors, shape (n,).
+
+    Args:
+        robot: The arm; its payload and its disturbance do not enter.
+        q: Joint positions, shape (n,).
+        dq: Joint velocities, shape (n,).
+        ddq: Joint accelerations, shape (n,).
+        payload: The ten parameters of :attr:`RobotModel.payload`; zeros cost nothing.
+    """
+    return _newton_euler(_Chain.of(robot), q, dq, ddq, payload)
+
+
+def tool_expressions(robot: RobotModel, q: Expression) -> tuple[Expression, Expression, Expression]:
+    """Return the tool's position, rotation and jacobian at joint positions, see :func:`tool_function`.
+
+    Args:
+        robot: The arm.
+        q: Joint positions, shape (n,).
+    """
+    chain = _Chain.of(robot)
     placements: list[tuple[Expression, Expression]] = []
     for joint in chain.joints:
         rotation, position = joint.placed(q)
@@ -63,8 +91,7 @@ def tool_function(robot: RobotModel) -> ca.Function:
         joint, (rotation, origin) = chain.joints[index], placements[index]
         turn = rotation @ joint.axis[3:]
         columns[joint.coordinate] = ca.vertcat(rotation @ joint.axis[:3] + ca.cross(turn, position - origin), turn)
-    outputs = [position, ca.densify(carrier_rotation @ chain.tool.rotation), ca.densify(ca.horzcat(*columns))]
-    return ca.Function("tool", [q], ca.cse(outputs), ["q"], ["position", "rotation", "jacobian"])
+    return position, ca.densify(carrier_rotation @ chain.tool.rotation), ca.densify(ca.horzcat(*columns))
 
 
 @dataclass(frozen=True)
@@ -133,7 +160,7 @@ class _Chain:
             flange_joint=flange.parentJoint - 1,
             flange=flange.placement.copy(),
             tool_joint=tool.parentJoint - 1,
-            tool=tool.placement.copy(),
+            tool=pin.SE3(_without_dust(tool.placement.rotation), tool.placement.translation),
             tool_path=tuple(path),
             gravity=np.array(model.gravity.linear),
         )
@@ -147,11 +174,16 @@ def _read_joint(model: pin.Model, data: pin.Data, index: int) -> _Joint:
     return _Joint(
         parent=model.parents[index] - 1,
         coordinate=coordinate,
-        axis=np.where(np.abs(axis) < 1e-15, 0.0, axis),
-        rotation=np.array(placement.rotation),
+        axis=_without_dust(axis),
+        rotation=_without_dust(placement.rotation),
         translation=np.array(placement.translation),
         inertia=np.array(model.inertias[index].toDynamicParameters()),
     )
+
+
+def _without_dust(array: np.ndarray) -> np.ndarray:
+    """Return a copy without what trigonometry left of zeros: each would be multiplied at every tick."""
+    return np.where(np.abs(array) < 1e-15, 0.0, array)
 
 
 def _newton_euler(chain: _Chain, q: Expression, dq: Expression, ddq: Expression, payload: Expression) -> Expression:

@@ -156,6 +156,7 @@ def _timing(outcome: Outcome, reset_time: float, world: World) -> dict[str, floa
         "reset_s": reset_time,
         "loop_s": outcome.wall_time,
         "simulated_s": simulated,
+        "call_s": float(calls.sum() * 1e-6),
         "real_time_factor": simulated / outcome.wall_time if outcome.wall_time > 0.0 else 0.0,
         "call_us_median": float(calls[ticks // 2]) if ticks else 0.0,
         "call_us_p99": float(calls[min(ticks - 1, int(0.99 * ticks))]) if ticks else 0.0,

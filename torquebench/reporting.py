@@ -4,6 +4,7 @@ from pathlib import Path
 
 from .controllers import InvalidInput
 from .evaluation.report import write_report
+from .operation_costs import costs_of
 
 
 def report(folder: Path) -> Path:
@@ -16,7 +17,7 @@ def report(folder: Path) -> Path:
         InvalidInput: If it holds no run store, or the report cannot be written; an old report is kept then.
     """
     try:
-        return write_report(folder).index
+        return write_report(folder, costs_of=lambda run: costs_of(run.specification)).index
     except OSError as cause:
         raise InvalidInput(
             f"the report cannot be written ({cause})", str(folder), "runs and old report are kept"

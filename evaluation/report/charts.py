@@ -75,8 +75,29 @@ class Curve:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Point:
+    """A mark of a chart.
+
+    Attributes:
+        key: What stands beside it: a number that a table explains.
+        title: Whose it is and where it lies, in words.
+        x: Its place on the horizontal axis.
+        y: Its place on the vertical axis.
+        shape: ``circle`` filled, ``diamond`` hollow.
+        style: Its colour, from 0.
+    """
+
+    key: str
+    title: str
+    x: float
+    y: float
+    shape: str
+    style: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
 class Chart:
-    """Curves on two axes.
+    """Curves and marks on two axes.
 
     Attributes:
         id: Fragment of its place on the page, and the name of its file.
@@ -85,6 +106,7 @@ class Chart:
         x: Horizontal axis.
         y: Vertical axis.
         curves: What is drawn.
+        points: Marks on top of them.
         events: Places on the horizontal axis with a mark, and what happens there.
         direct: Whether the curves carry their labels at their ends; if not, more than one get a legend.
         width: Width of the drawing; it grows with its place.
@@ -97,6 +119,7 @@ class Chart:
     x: Axis
     y: Axis
     curves: Sequence[Curve]
+    points: Sequence[Point] = ()
     events: Sequence[tuple[float, str]] = ()
     direct: bool = False
     width: int = 460

@@ -12,6 +12,8 @@ LETTER = 6.4
 """Room for a letter of a label at the end of a curve."""
 APART = 13
 """Least distance between two such labels."""
+KEY_WIDTH, KEY_HEIGHT = 14, 11
+"""Room of a key beside a mark."""
 COLOURS = ("#0072b2", "#d55e00", "#00805c", "#a3497c", "#806000", "#4d5661")
 """Colours of a file of its own, light; the page's style sheet has the same, and lighter ones for a dark page."""
 DASHES = ("", "6 3", "2 3")
@@ -106,6 +108,7 @@ def _content(chart: Chart) -> Iterable[str]:
     yield f'<text class="tick" x="2" y="{TOP - 5}">{escape(chart.y.title)}</text>'
     for curve in chart.curves:
         yield from _curve(chart, curve)
+    yield from _points(chart)
     if chart.direct:
         yield from _labels(chart, right)
 
@@ -123,6 +126,30 @@ def _curve(chart: Chart, curve: Curve) -> Iterable[str]:
     yield f'<path d="M{path}" {_stroke(curve.style, plain=curve.plain)}>{title}</path>' if points else ""
     if curve.dots:
         yield from (f'<circle class="f{curve.style % STYLES}" cx="{x}" cy="{y}" r="3"/>' for x, y in points)
+
+
+def _points(chart: Chart) -> Iterable[str]:
+    """Draw the marks, filled or hollow, so that they do not hang on colour; a key stands where it covers no other."""
+    places = [(_x(chart, point.x), _y(chart, point.y)) for point in chart.points]
+    taken: list[tuple[float, float]] = []
+    for point, (x, y) in zip(chart.points, places, strict=True):
+        style = point.style % STYLES
+        mark = f'<circle class="f{style}" cx="{x}" cy="{y}" r="4.5"/>'
+        if point.shape == "diamond":
+            mark = f'<path class="curve s{style}" d="M{x} {y - 5:g}l5 5-5 5-5-5Z"/>'
+        beside = [(x + dx, y + dy) for dx in (7, -7 - KEY_WIDTH) for dy in (4, -6, 14)]
+        others = [(u - KEY_WIDTH / 2, v + 4) for u, v in places if (u, v) != (x, y)]
+        # A mark without room for its key is told by its title and by the table.
+        free = [place for place in beside if not any(_overlap(place, other) for other in (*taken, *others))]
+        key = ""
+        if free:
+            taken.append(free[0])
+            key = f'<text class="end" x="{free[0][0]:g}" y="{free[0][1]:g}">{escape(point.key)}</text>'
+        yield f"<g><title>{escape(point.title)}</title>{mark}{key}</g>"
+
+
+def _overlap(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    return abs(one[0] - other[0]) < KEY_WIDTH and abs(one[1] - other[1]) < KEY_HEIGHT
 
 
 def _labels(chart: Chart, right: int) -> Iterable[str]:

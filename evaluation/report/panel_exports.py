@@ -2,7 +2,10 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 
+from ..energy import energy_table
+from .efficiency_panel import EfficiencyPanel
 from .panels import Panels
 from .spread import Spread
 
@@ -53,7 +56,32 @@ def panel_figures(panels: Panels) -> dict[str, object]:
             "loops": {label: dict(windows) for label, windows in robustness.loops.items()},
             "without": len(robustness.without),
         }
+    if panels.efficiency is not None:
+        found["efficiency"] = _efficiency(panels.efficiency)
     return found
+
+
+def _efficiency(panel: EfficiencyPanel) -> dict[str, object]:
+    """Return counts and estimates; the host's time is in the runs, and no figure here is a measurement of energy."""
+    found = panel.efficiency
+    return {
+        "estimates_measured": energy_table().measured,
+        "not_counted": list(found.uncounted),
+        "controllers": {
+            label: {
+                "operations_per_s": asdict(computing.counts),
+                "parameters": computing.costs.parameters,
+                "state": computing.costs.state,
+                "how": computing.costs.how,
+                "estimate_inference_uW": computing.estimate.inference,
+                "estimate_learning_uW": computing.estimate.learning,
+                "estimate_with_memory_uW": computing.estimate.with_memory,
+                "estimate_memory": computing.estimate.level,
+                "on_front": [label in front for front in found.fronts],
+            }
+            for label, computing in found.found.items()
+        },
+    }
 
 
 def _spreads(found: Mapping[str, Spread]) -> dict[str, object]:

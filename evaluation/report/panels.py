@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from ...scenarios.store import Store
 from ..metrics import EVENT_METRICS, METRICS
 from .charts import Chart
+from .efficiency import CostsOf, no_costs
+from .efficiency_panel import EfficiencyPanel, efficiency_panel
 from .findings import Findings
 from .lap_figures import lap_charts
 from .module_figures import gain_charts, load_charts
@@ -93,6 +95,7 @@ class Panels:
         robustness: Its margins; None if nobody measured any.
         laps: Errors by lap.
         profiles: Shares of runs within multiples of the reference's error.
+        efficiency: What computing and moving cost; None if nothing was counted.
     """
 
     resilience: ResiliencePanel | None = None
@@ -100,6 +103,7 @@ class Panels:
     robustness: RobustnessPanel | None = None
     laps: Sequence[Chart] = ()
     profiles: Sequence[Chart] = ()
+    efficiency: EfficiencyPanel | None = None
 
     @property
     def metrics(self) -> list[str]:
@@ -110,6 +114,8 @@ class Panels:
         if self.resilience is not None:
             shown |= {*SERIES, *EVENT_METRICS}
             shown |= {"improvement_rate"} if self.resilience.rates.rows else set()
+        if self.efficiency is not None:
+            shown |= set(self.efficiency.metrics)
         return [name for name in METRICS if name in shown]
 
     @property
@@ -120,15 +126,18 @@ class Panels:
             found += [*self.resilience.curves, *self.resilience.zooms]
         if self.modules is not None:
             found += [*self.modules.loads, *(chart for _, charts, _ in self.modules.gains for chart in charts)]
+        if self.efficiency is not None:
+            found += self.efficiency.charts
         return found
 
 
-def panels_of(findings: Findings, store: Store) -> Panels:
+def panels_of(findings: Findings, store: Store, costs_of: CostsOf = no_costs) -> Panels:
     """Return what a world's section has besides the comparison.
 
     Args:
         findings: The world's findings.
         store: The open store that it comes from.
+        costs_of: Knows what controllers compute.
     """
     return Panels(
         resilience=_resilience(findings, store),
@@ -136,6 +145,7 @@ def panels_of(findings: Findings, store: Store) -> Panels:
         robustness=_robustness(findings),
         laps=lap_charts(findings),
         profiles=profile_charts(findings),
+        efficiency=efficiency_panel(findings, store.campaigns(), costs_of),
     )
 
 

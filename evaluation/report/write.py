@@ -8,6 +8,7 @@ from pathlib import Path
 from ...controllers import InvalidInput
 from ...scenarios.store import Store
 from .claims import claims_of
+from .efficiency import CostsOf, no_costs
 from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
 from .findings import find_all
 from .page import render
@@ -39,7 +40,7 @@ class ReportFiles:
     figures: Path
 
 
-def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
+def write_report(store_folder: Path, out: Path | None = None, *, costs_of: CostsOf = no_costs) -> ReportFiles:
     """Write the report of a run store; the same store gives the same bytes.
 
     All texts are made before the first file is touched, and each file is replaced as a whole, so a report that cannot
@@ -48,6 +49,7 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
     Args:
         store_folder: Folder of the store.
         out: Folder of the report; ``report`` within the store if None.
+        costs_of: Knows what controllers compute; asked once for each.
 
     Returns:
         What was written.
@@ -58,7 +60,7 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
     with Store.read(Path(store_folder)) as store:
         stored, campaigns = store.runs(), store.campaigns()
         findings = find_all(worlds_of(stored, campaigns))
-        panels = [panels_of(found, store) for found in findings]
+        panels = [panels_of(found, store, costs_of) for found in findings]
         claims = claims_of(findings, panels, store)
     page, figures = render(findings, panels, campaigns, claims)
     texts = {
