@@ -1,5 +1,8 @@
 """The page: findings in, one HTML text out."""
 
+import base64
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -25,6 +28,10 @@ from .panels import Panels
 from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .table import Table
 from .worlds import differing_facts
+
+
+SCRIPTS = ("base.js", "page.js", "tables.js", "plots.js", "arm.js", "replay.js", "panel.js")
+"""The parts of the page's script, in their order."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +96,10 @@ class Section:
 
 
 def render(
-    findings: Sequence[Findings], panels: Sequence[Panels], campaigns: Sequence[Mapping[str, object]]
+    findings: Sequence[Findings],
+    panels: Sequence[Panels],
+    campaigns: Sequence[Mapping[str, object]],
+    robots: Mapping[str, object],
 ) -> tuple[str, dict[str, str]]:
     """Return the page and its figures.
 
@@ -97,6 +107,7 @@ def render(
         findings: Findings of each world.
         panels: What the section of each world has besides.
         campaigns: Records of the campaigns, oldest first.
+        robots: Skeletons of the arms that the replay draws, see :func:`~.run_files.robot_key`.
 
     Returns:
         One HTML text that needs nothing beside it, and the texts of the figures' files by name.
@@ -111,6 +122,8 @@ def render(
         sections=sections,
         definitions=records.definition_table(dict.fromkeys(name for extra in panels for name in extra.metrics)),
         campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
+        robots=Markup(json.dumps(robots, sort_keys=True, separators=(",", ":")).replace("<", "\\u003c")),
+        **_script(environment),
     )
     return page, _figure_files(environment, sections)
 
@@ -132,6 +145,15 @@ def _environment() -> Environment:
 
     environment.globals.update(draw=draw, swatch=swatch)
     return environment
+
+
+def _script(environment: Environment) -> dict[str, Markup]:
+    """Return the page's script and its hash: the policy lets no other inline script run, whatever a name smuggles in."""
+    loader = environment.loader
+    assert loader is not None
+    text = "\n".join(loader.get_source(environment, name)[0] for name in SCRIPTS)
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+    return {"script": Markup(text), "script_hash": Markup(f"sha256-{digest}")}
 
 
 def _figure_files(environment: Environment, sections: Sequence[Section]) -> dict[str, str]:

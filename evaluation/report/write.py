@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,12 +12,22 @@ from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
 from .findings import find_all
 from .page import render
 from .panels import panels_of
-from .worlds import worlds_of
+from .run_files import all_runs, file_name, robot_key, run_script
+from .worlds import Run, worlds_of
 
 FOLDER = "report"
 """Where a report goes within its store."""
 FIGURES = "figures"
 """Where its figures go within it."""
+RUNS = "runs"
+"""Where what the page loads of each run goes within it."""
+
+SkeletonOf = Callable[[str, str], Mapping[str, object] | None]
+"""Takes name and tool point of a robot to what the replay draws of it, None if it is not there."""
+
+
+def no_skeleton(robot: str, tool: str) -> None:
+    """Draw no arm."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +49,9 @@ class ReportFiles:
     figures: Path
 
 
-def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
+def write_report(
+    store_folder: Path, out: Path | None = None, *, skeleton_of: SkeletonOf = no_skeleton
+) -> ReportFiles:
     """Write the report of a run store; the same store gives the same bytes.
 
     All texts are made before the first file is touched, and each file is replaced as a whole, so a report that cannot
@@ -47,6 +60,7 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
     Args:
         store_folder: Folder of the store.
         out: Folder of the report; ``report`` within the store if None.
+        skeleton_of: Knows the arms that the replay draws.
 
     Returns:
         What was written.
@@ -58,9 +72,12 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
         stored, campaigns = store.runs(), store.campaigns()
         findings = find_all(worlds_of(stored, campaigns))
         panels = [panels_of(found, store) for found in findings]
-    page, figures = render(findings, panels, campaigns)
+        runs = all_runs([found.world for found in findings])
+        scripts = {f"{file_name(run)}.js": run_script(run, store) for run in runs}
+    page, figures = render(findings, panels, campaigns, _robots(runs, skeleton_of))
     texts = {
         **{f"{FIGURES}/{name}": text for name, text in figures.items()},
+        **{f"{RUNS}/{name}": text for name, text in scripts.items()},
         "runs.csv": runs_csv(findings),
         "comparisons.csv": comparisons_csv(findings),
         "summary.json": summary_json(findings, panels, campaigns),
@@ -70,12 +87,13 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
         texts["probes.csv"] = probes
     folder = Path(store_folder) / FOLDER if out is None else Path(out)
     try:
-        (folder / FIGURES).mkdir(parents=True, exist_ok=True)
+        for part in (FIGURES, RUNS):
+            (folder / part).mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             _replace(folder / name, text)
-        for file in (folder / FIGURES).glob("w[0-9]*.svg"):
-            if file.name not in figures:
-                # A figure that the page no longer has would outlive its data.
+        for file in (*(folder / FIGURES).glob("w[0-9]*.svg"), *(folder / RUNS).glob("*.js")):
+            if file.name not in figures and file.name not in scripts:
+                # What the page no longer has would outlive its data.
                 file.unlink()
     except OSError as cause:
         raise InvalidInput(
@@ -83,6 +101,13 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
         ) from cause
     paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES))
     return ReportFiles(*paths)
+
+
+def _robots(runs: Iterable[Run], skeleton_of: SkeletonOf) -> dict[str, object]:
+    """Return what is drawn of each arm, by the name that the runs have for it."""
+    found = {robot_key(run): run.stored.specification for run in runs}
+    drawn = {key: skeleton_of(run.robot, run.tool) for key, run in found.items()}
+    return {key: skeleton for key, skeleton in drawn.items() if skeleton is not None}
 
 
 def _replace(file: Path, text: str) -> None:
