@@ -1,10 +1,12 @@
 """The command line that repeats a run: its specification written out as changes of a benchmark that ships."""
 
+import json
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 
 from ..controllers import discovery
-from .loads import LoadSchedule, Payload
+from .loads import NO_MATERIAL, LoadSchedule, Payload
 from .specification import CARRIED, RunSpecification
 
 BASE = "quick"
@@ -57,7 +59,7 @@ def _loads(schedule: LoadSchedule) -> list[dict[str, object]]:
 
 
 def _load(load: Payload) -> dict[str, object]:
-    return {"mass": load.mass, "material": load.material}
+    return {"mass": load.mass} if load.material == NO_MATERIAL else {"mass": load.mass, "material": load.material}
 
 
 def _is_left_out(value: object) -> bool:
@@ -67,12 +69,13 @@ def _is_left_out(value: object) -> bool:
 
 def _toml(value: object) -> str:
     """Return a value as inline TOML; its strings are those of JSON, escapes included."""
-    import json
-
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{json.dumps(str(key))} = {_toml(item)}" for key, item in value.items()) + "}"
+        return "{" + ", ".join(f"{_key(str(key))} = {_toml(item)}" for key, item in value.items()) + "}"
     if isinstance(value, Sequence) and not isinstance(value, str):
         return "[" + ", ".join(_toml(item) for item in value) + "]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    return json.dumps(value)
+    # JSON writes the rest of Unicode in halves that TOML does not know.
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)

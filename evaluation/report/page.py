@@ -25,6 +25,7 @@ from .charts import Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
 from .panels import Panels
+from .paths import PathDrawing, PathsPanel
 from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .table import Table
 from .worlds import differing_facts
@@ -143,7 +144,10 @@ def _environment() -> Environment:
     def swatch(style: int, *, plain: bool) -> Markup:
         return Markup(drawing.swatch(style, plain=plain))
 
-    environment.globals.update(draw=draw, swatch=swatch)
+    def way(panel: PathsPanel, drawing: PathDrawing) -> Markup:
+        return Markup(panel.draw(drawing))
+
+    environment.globals.update(draw=draw, swatch=swatch, way=way)
     return environment
 
 
@@ -161,7 +165,8 @@ def _figure_files(environment: Environment, sections: Sequence[Section]) -> dict
     macro = environment.get_template("macros.html").module.drawing  # type: ignore[attr-defined]
     files = {}
     for section in sections:
-        for figure in (*section.ratios, *(figure for figure, _ in section.dots)):
+        timed = [section.panels.timing.figure] if section.panels.timing is not None else []
+        for figure in (*section.ratios, *(figure for figure, _ in section.dots), *timed):
             files[f"{figure.id}.svg"] = drawing.wrap_file(str(macro(figure)), figure.title, figure.axis, figure.height)
         for chart in section.panels.charts:
             files[f"{chart.id}.svg"] = drawing.draw_file(chart)

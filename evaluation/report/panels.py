@@ -11,12 +11,14 @@ from .lap_figures import lap_charts
 from .module_figures import gain_charts, load_charts
 from .module_tables import correlation_table, module_operation_table, operation_table, spike_table
 from .modules import Modules, modules_of
+from .paths import PathsPanel, paths_panel
 from .resilience import SERIES, Event, Resilience, resilience_of
 from .resilience_figures import MOST_CHARTS, curve_charts, zoom_charts
 from .resilience_tables import event_table, peak_table, rate_table, unjudged_table
 from .robustness import Robustness, robustness_of
 from .robustness_tables import loop_table, margin_table, without_table, worst_loop_table
 from .table import Table
+from .timing import TimingPanel, timing_panel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,12 +93,16 @@ class Panels:
         modules: What its controllers' modules did; None if none shows any.
         robustness: Its margins; None if nobody measured any.
         laps: Errors by lap.
+        timing: How long its controllers' calls took; None if nobody noted it.
+        paths: Its motions with the error along them; None without traces.
     """
 
     resilience: ResiliencePanel | None = None
     modules: ModulesPanel | None = None
     robustness: RobustnessPanel | None = None
     laps: Sequence[Chart] = ()
+    timing: TimingPanel | None = None
+    paths: PathsPanel | None = None
 
     @property
     def metrics(self) -> list[str]:
@@ -132,6 +138,8 @@ def panels_of(findings: Findings, store: Store) -> Panels:
         modules=_modules(findings, store),
         robustness=_robustness(findings),
         laps=lap_charts(findings),
+        timing=timing_panel(findings, store.campaigns()),
+        paths=paths_panel(findings, store),
     )
 
 

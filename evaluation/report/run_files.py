@@ -113,7 +113,7 @@ def _drawn(trace: Mapping[str, np.ndarray]) -> dict[str, object]:
         "samples": len(t),
         "frame": stride * dt,
         "q": [quantised(column) for column in trace["q"][::stride].T],
-        "p_ref": [quantised(column) for column in trace["p_ref"][::stride].T],
+        "q_ref": [quantised(column) for column in trace["q_ref"][::stride].T],
         "position": _curve(1e3 * np.linalg.norm(trace["p"] - trace["p_ref"], axis=1)),
         "orientation": _curve(1e3 * _angles(trace["quat"], trace["quat_ref"])),
         "joints": _curve(1e3 * np.linalg.norm(trace["q"] - trace["q_ref"], axis=1)),

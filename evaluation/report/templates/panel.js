@@ -13,14 +13,10 @@
   const actorOf = (record, style, ghost) => {
     const { trace } = record, skeleton = robots[record.robot];
     const columns = (series) => { const found = series.map(torquebench.samples); return Array.from(found[0], (_, i) => found.map((column) => column[i])); };
-    const frames = columns(trace.q), reference = columns(trace.p_ref);
+    const frames = columns(trace.q), planned = columns(trace.q_ref);
     const frameNumber = (time) => Math.min(frames.length - 1, Math.max(0, Math.round((time - trace.start) / trace.frame)));
-    const end = trace.start + trace.samples * trace.dt;
-    return {
-      skeleton, reference, style, ghost, frameNumber, start: trace.start,
-      path: frames.map((q) => torquebench.toolPoint(skeleton, q)),
-      frameAt: (time) => (time > end + 0.1 ? null : frames[frameNumber(time)]),
-    };
+    const reference = planned.map((q) => torquebench.toolPoint(skeleton, q));
+    return { skeleton, frames, planned, reference, style, ghost, frameNumber, stop: trace.start + trace.samples * trace.dt + 0.1 };
   };
 
   const player = (start, stop, step, seek) => {
@@ -101,22 +97,23 @@
       message.textContent = lost.join("; ");
       cast([record, ...records.filter((one) => one.trace)]);
     });
-    const magnify = element("select", { change: () => replay.magnify(Number(magnify.value)) }, ...[1, 10, 100].map((factor) => element("option", { value: factor }, factor === 1 ? "as it is" : `${factor} times larger`)));
+    const magnify = element("select", { change: () => replay.magnify(Number(magnify.value)) }, ...[1, 5, 20, 100].map((factor) => element("option", { value: factor }, factor === 1 ? "as it is" : `${factor} times larger`)));
     const scene = replay
-      ? element("div", { class: "scene" }, replay.canvas, replay.controls, element("p", { class: "controls" }, element("label", {}, "Deviation of the path ", magnify)), element("p", { class: "axis" }, "Dashed: reference path. Solid: path of the tool point up to the cursor. Floor lines every 0.2 m."))
+      ? element("div", { class: "scene" }, replay.canvas, replay.controls, element("p", { class: "controls" }, element("label", {}, "Deviation from the plan, joint by joint ", magnify)), element("p", { class: "axis" }, "Dashed: reference path. Solid: path of the tool point up to the cursor. Floor lines every 0.2 m. Shaded in the plots: lead-in, not scored."))
       : element("p", { class: "axis" }, "The robot's file was not at hand when this report was written: no replay.");
     cast([record]);
     return [time.node, ...choice, message, element("div", { class: "stage" }, scene, element("div", { class: "plots" }, ...plots.map(({ node }) => node)))];
   };
 
-  const commandPart = (command) => {
+  const commandPart = (record) => {
+    const { command } = record;
     if (!command) return [element("p", {}, "No command repeats this run: its controller was a Python object without a name.")];
     const code = element("code", {}, command);
     const copy = element("button", { type: "button", click: async () => {
       getSelection().selectAllChildren(code);
       try { await navigator.clipboard.writeText(command); copy.textContent = "Copied"; } catch { copy.textContent = "Selected"; }
     } }, "Copy");
-    return [element("p", { class: "command" }, "This command repeats the run, with its cell's earlier repetitions; with the same code it has the same address. ", copy), element("pre", { tabindex: 0 }, code)];
+    return [element("p", { class: "command" }, `This command repeats the run${record.cell[2] > 0 ? " and the repetitions before it" : ""}; the same code gives it the same address. `, copy), element("pre", { tabindex: 0 }, code)];
   };
   const tablePart = (title, head, rows) => {
     if (!rows.length) return [];
@@ -132,7 +129,7 @@
     box.replaceChildren(
       heading, ...status,
       ...(record.trace ? traceParts(record, row) : [element("p", {}, "No trace of this run was kept, or it cannot be read.")]),
-      ...commandPart(record.command),
+      ...commandPart(record),
       ...tablePart(`All metrics of this run (${record.metrics.length})`, ["Metric", "Unit", "Run", "Steady"], record.metrics),
       ...tablePart("Wall times on the machine that ran it", ["Name", "Value"], timing),
       element("p", { class: "axis" }, `Address ${record.address}`),

@@ -1,7 +1,7 @@
 // Curves over time as SVG, which prints and takes the page's colours, with a cursor that others may move.
 (() => {
   const { element } = torquebench;
-  const WIDTH = 460, HEIGHT = 150, LEFT = 46, RIGHT = 10, TOP = 10, BOTTOM = 22;
+  const WIDTH = 460, HEIGHT = 124, LEFT = 46, RIGHT = 10, TOP = 10, BOTTOM = 22;
 
   const ticks = (low, high, most) => {
     const size = 10 ** Math.floor(Math.log10(high - low || 1));
@@ -59,7 +59,11 @@
       for (const time of ticks(start, stop, 8)) {
         drawing.append(element("text", { class: "tick", x: x(time), y: HEIGHT - 6, "text-anchor": "middle" }, `${text(time)} s`));
       }
-      for (const [time, what] of [...(start < 0 ? [[0, "scored from here"]] : []), ...events]) {
+      if (start < 0) {
+        const width = x(0) - x(start);
+        drawing.prepend(element("rect", { class: "lead-in", x: x(start), y: TOP, width, height: HEIGHT - TOP - BOTTOM }, element("title", {}, "lead-in, not scored")));
+      }
+      for (const [time, what] of events) {
         drawing.append(element("path", { class: "event", d: `M${x(time)} ${TOP}V${HEIGHT - BOTTOM}` }));
         drawing.append(element("text", { class: "tick", x: x(time) + 3, y: TOP + 8 }, what));
       }
@@ -85,7 +89,7 @@
       cursor.setAttribute("d", `M${x(time).toFixed(1)} ${TOP}V${HEIGHT - BOTTOM}`);
       for (const { curve, value } of shown) {
         const found = curve.values[nearest(curve.times, time)];
-        value.textContent = found === undefined || Number.isNaN(found) || time > curve.times[curve.times.length - 1] + 0.1 ? "" : text(Number(found.toPrecision(3)));
+        value.textContent = found === undefined || Number.isNaN(found) || time > curve.times[curve.times.length - 1] + 0.1 ? "" : found.toPrecision(3).replace("-", "\u2212");
       }
     };
     return { node, draw, show };

@@ -11,7 +11,7 @@
     return ([x, y, z]) => [-sy * x + cy * y, -sp * (cy * x + sy * y) + cp * z, cp * (cy * x + sy * y) + sp * z];
   };
 
-  // Draws actors {skeleton, frameAt(time), path, reference, style, ghost}; the first is the run of the panel.
+  // Draws actors {skeleton, frames, planned, style, ghost, ...}; the first is the run of the panel.
   torquebench.replay = () => {
     const canvas = element("canvas", {
       tabindex: 0, role: "img", class: "replay",
@@ -53,8 +53,9 @@
         }
       }
     };
-    // The deviation may be shown larger than it is: millimetres cannot be seen on an arm of a metre.
-    const enlarged = ({ path, reference }) => path.map((p, i) => p.map((value, k) => reference[i][k] + magnified * (value - reference[i][k])));
+    // Joint deviations may be shown larger than they are: millimetres cannot be seen on an arm of a metre.
+    const posture = ({ frames, planned }, i) => frames[i].map((value, k) => planned[i][k] + magnified * (value - planned[i][k]));
+    const trace = () => { for (const actor of actors) actor.path = actor.frames.map((_, i) => torquebench.toolPoint(actor.skeleton, posture(actor, i))); };
 
     const draw = () => {
       const ratio = window.devicePixelRatio || 1;
@@ -74,13 +75,19 @@
       drawFloor(context, place);
       for (const actor of [...actors].reverse()) {
         context.globalAlpha = actor.ghost ? 0.35 : 1;
-        const q = actor.frameAt(time);
-        if (q) drawArm(context, torquebench.capsules(actor.skeleton, q), place, scale, colour(canvas, `--s${actor.style % 6}`), colour(canvas, "--page"));
+        if (time <= actor.stop) drawArm(context, torquebench.capsules(actor.skeleton, posture(actor, actor.frameNumber(time))), place, scale, colour(canvas, `--s${actor.style % 6}`), colour(canvas, "--page"));
       }
       context.globalAlpha = 1;
+      // The run of the panel hides what differs from it by a millimetre: ghosts show their axes through it.
+      for (const actor of actors.filter(({ ghost, stop }) => ghost && time <= stop)) {
+        for (const { start, end } of torquebench.capsules(actor.skeleton, posture(actor, actor.frameNumber(time)))) {
+          drawLine(context, [start, end], place, colour(canvas, "--page"), 5);
+          drawLine(context, [start, end], place, colour(canvas, `--s${actor.style % 6}`), 3);
+        }
+      }
       drawLine(context, actors[0].reference, place, colour(canvas, "--text"), 1.5, [5, 4]);
       for (const actor of [...actors].reverse()) {
-        const past = enlarged(actor).slice(0, actor.frameNumber(time) + 1);
+        const past = actor.path.slice(0, actor.frameNumber(time) + 1);
         drawLine(context, past, place, colour(canvas, "--page"), 4);
         drawLine(context, past, place, colour(canvas, `--s${actor.style % 6}`), 2);
       }
@@ -113,8 +120,8 @@
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 
     const fit = () => {
-      const { reference, skeleton, frameAt, start } = actors[0];
-      const points = [...reference, [0, 0, 0], ...torquebench.capsules(skeleton, frameAt(start)).flatMap(({ start: a, end: b }) => [a, b])].filter((p) => p.every(Number.isFinite));
+      const { reference, skeleton, planned } = actors[0];
+      const points = [...reference, [0, 0, 0], ...torquebench.capsules(skeleton, planned[0]).flatMap(({ start: a, end: b }) => [a, b])].filter((p) => p.every(Number.isFinite));
       const low = [0, 1, 2].map((k) => Math.min(...points.map((p) => p[k]))), high = [0, 1, 2].map((k) => Math.max(...points.map((p) => p[k])));
       centre = low.map((value, k) => (value + high[k]) / 2);
       size = 1.15 * Math.hypot(...low.map((value, k) => high[k] - value));
@@ -123,9 +130,9 @@
     const controls = element("p", { class: "controls" }, ...buttons.map(([text, label, ...move]) => element("button", { type: "button", "aria-label": label, title: label, click: () => turn(...move) }, text)), element("button", { type: "button", click: reset }, "Reset view"));
     return {
       canvas, controls,
-      cast: (found) => { actors = found; fit(); draw(); },
+      cast: (found) => { actors = found; trace(); fit(); draw(); },
       show: (at) => { time = at; draw(); },
-      magnify: (factor) => { magnified = factor; draw(); },
+      magnify: (factor) => { magnified = factor; trace(); draw(); },
     };
   };
 })();
