@@ -24,6 +24,9 @@ def repeating_command(run: RunSpecification) -> str:
     """
     if ":" not in run.controller and run.controller not in discovery.names("controllers"):
         return ""
+    if "null" in json.dumps(run.settings):
+        # TOML has no word for nothing.
+        return ""
     load = "schedule" if run.schedule.events else "loads"
     changes: dict[str, object] = {
         "controllers": [run.controller],
@@ -47,8 +50,8 @@ def repeating_command(run: RunSpecification) -> str:
         "seed": run.campaign,
         "draws": run.draws,
     }
-    said = (f"--set {shlex.quote(f'{key}={_toml(value)}')}" for key, value in changes.items() if not _is_left_out(value))
-    return f"torquebench run {BASE} {' '.join(said)}"
+    said = (f"{key}={_toml(value)}" for key, value in changes.items() if not _is_left_out(value))
+    return " ".join([f"torquebench run {BASE}", *(f"--set {shlex.quote(text)}" for text in said)])
 
 
 def _loads(schedule: LoadSchedule) -> list[dict[str, object]]:
@@ -73,9 +76,9 @@ def _toml(value: object) -> str:
         return "{" + ", ".join(f"{_key(str(key))} = {_toml(item)}" for key, item in value.items()) + "}"
     if isinstance(value, Sequence) and not isinstance(value, str):
         return "[" + ", ".join(_toml(item) for item in value) + "]"
-    # JSON writes the rest of Unicode in halves that TOML does not know.
-    return json.dumps(value, ensure_ascii=False)
+    # JSON in ASCII writes some letters in halves that TOML does not know, and TOML wants DEL escaped.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _key(name: str) -> str:
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _toml(name)

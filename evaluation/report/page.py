@@ -30,7 +30,6 @@ from .sentences import facts_in_words, failure_sentence, lead_sentences, machine
 from .table import Table
 from .worlds import differing_facts
 
-
 SCRIPTS = ("base.js", "page.js", "tables.js", "plots.js", "arm.js", "replay.js", "panel.js")
 """The parts of the page's script, in their order."""
 
@@ -152,7 +151,7 @@ def _environment() -> Environment:
 
 
 def _script(environment: Environment) -> dict[str, Markup]:
-    """Return the page's script and its hash: the policy lets no other inline script run, whatever a name smuggles in."""
+    """Return the page's script and its hash: the policy lets no other inline script run."""
     loader = environment.loader
     assert loader is not None
     text = "\n".join(loader.get_source(environment, name)[0] for name in SCRIPTS)

@@ -87,7 +87,8 @@ class PathsPanel:
             width = int(np.searchsorted(self.limits, error, side="right"))
             parts.setdefault(width, []).append(f"M{x + left:.1f} {y:.1f}L{u + left:.1f} {v:.1f}")
         lines = "".join(f'<path class="way-{width}" d="{"".join(moves)}"/>' for width, moves in sorted(parts.items()))
-        return f'{lines}<text x="{left + 4}" y="{SIZE - 3}">{AXES[right]} \N{RIGHTWARDS ARROW}, {AXES[up]} \N{UPWARDS ARROW}</text>'
+        named = f"{AXES[right]} \N{RIGHTWARDS ARROW}, {AXES[up]} \N{UPWARDS ARROW}"
+        return f'{lines}<text x="{left + 4}" y="{SIZE - 3}">{named}</text>'
 
 
 def paths_panel(findings: Findings, store: Store) -> PathsPanel | None:

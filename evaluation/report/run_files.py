@@ -18,10 +18,11 @@ from .worlds import RUN, Run, World
 FRAME = 0.02
 """Time between two pictures of the replay [s]."""
 WINDOWS = ("run", "steady")
+DRAWN = ("t", "q", "q_ref", "p", "p_ref", "quat", "quat_ref", "tau")
 
 
 def file_name(run: Run) -> str:
-    """Return the name of a run's script without its suffix; whatever a run is called, it is made of digits and letters."""
+    """Return the name of a run's script without its suffix: hexadecimal digits, whatever the run is called."""
     stored, result = run.stored, run.stored.result
     if result.role == RUN and stored.specification.repetitions == 1:
         return stored.address[:16]
@@ -79,8 +80,9 @@ def _metric_rows(metrics: Mapping[str, Mapping[str, Mapping[str, object]]]) -> l
     for name, metric in METRICS.items():
         entries = [metrics.get(window, {}).get(name) for window in WINDOWS]
         if any(entry is not None for entry in entries):
-            shown = unit_on_page(metric.unit)
-            rows.append([metric.label, "" if shown.text == "1" else shown.text, *(_text(entry, metric.unit) for entry in entries)])
+            unit = unit_on_page(metric.unit).text
+            texts = (_text(entry, metric.unit) for entry in entries)
+            rows.append([metric.label, "" if unit == "1" else unit, *texts])
     return rows
 
 
@@ -97,7 +99,8 @@ def _trace(run: Run, store: Store) -> dict[str, object] | None:
     if not run.stored.trace:
         return None
     try:
-        return _drawn({name: rows.astype(float) for name, rows in store.trace(run.stored.trace).items() if rows.ndim < 3})
+        trace = store.trace(run.stored.trace)
+        return _drawn({name: trace[name].astype(float) for name in DRAWN})
     except (InvalidInput, KeyError, ValueError, IndexError):
         # A trace that cannot be read costs its drawing, not the page.
         return None
@@ -105,6 +108,8 @@ def _trace(run: Run, store: Store) -> dict[str, object] | None:
 
 def _drawn(trace: Mapping[str, np.ndarray]) -> dict[str, object]:
     t = trace["t"]
+    if len(t) < 2:
+        raise ValueError("one sample is no curve")
     dt = float(np.round((t[-1] - t[0]) / (len(t) - 1), 9))
     stride = max(1, round(FRAME / dt))
     return {
@@ -128,7 +133,7 @@ def _curve(values: np.ndarray) -> Series:
 
 
 def _angles(actual: np.ndarray, planned: np.ndarray) -> np.ndarray:
-    """Return the angle between attitudes, xyzw, shape (K, 4) each; exact for small ones in single precision too [rad]."""
+    """Return the angles between attitudes, xyzw, shape (K, 4) each [rad]; small ones survive single precision."""
     vector = actual[:, 3:] * -planned[:, :3] + planned[:, 3:] * actual[:, :3] - np.cross(planned[:, :3], actual[:, :3])
     scalar = np.sum(actual * planned, axis=1)
     return 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(scalar))

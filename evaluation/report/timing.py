@@ -92,11 +92,12 @@ def _figure(findings: Findings, timed: Mapping[str, Mapping[str, np.ndarray]], p
 
 def _table(findings: Findings, timed: Mapping[str, Mapping[str, np.ndarray]]) -> Table:
     # The metrics' seconds become milliseconds on the page; these are stored in microseconds and stay so.
+    late = [float(times[MISSES].mean()) if times[MISSES].size else 0.0 for times in timed.values()]
     columns = [
         ("Median", MICRO, [float(np.median(times[MEDIAN])) for times in timed.values()]),
         ("99th percentile", MICRO, [float(np.median(times[P99])) for times in timed.values()]),
         ("Longest", MICRO, [float(times[MOST].max()) for times in timed.values()]),
-        ("Late calls a run", "", [float(times[MISSES].mean()) if times[MISSES].size else 0.0 for times in timed.values()]),
+        ("Late calls a run", "", late),
     ]
     heads = head_cells(timed, (f"#{findings.runs_anchor(label)}" for label in timed))
     return Table(

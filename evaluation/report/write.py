@@ -49,9 +49,7 @@ class ReportFiles:
     figures: Path
 
 
-def write_report(
-    store_folder: Path, out: Path | None = None, *, skeleton_of: SkeletonOf = no_skeleton
-) -> ReportFiles:
+def write_report(store_folder: Path, out: Path | None = None, *, skeleton_of: SkeletonOf = no_skeleton) -> ReportFiles:
     """Write the report of a run store; the same store gives the same bytes.
 
     All texts are made before the first file is touched, and each file is replaced as a whole, so a report that cannot
@@ -111,7 +109,9 @@ def _robots(runs: Iterable[Run], skeleton_of: SkeletonOf) -> dict[str, object]:
 
 
 def _replace(file: Path, text: str) -> None:
-    """Write a file under a temporary name and put it in place."""
+    """Write a file under a temporary name and put it in place; thousands of runs that are there are left alone."""
+    if file.is_file() and file.read_bytes() == text.encode():
+        return
     descriptor, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.", suffix=".tmp")
     try:
         with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:

@@ -94,7 +94,7 @@ def test_nothing_is_left_to_scripts(quick):
         assert label in text
         mean = controller["metrics"]["run.tcp_position_error_mean"]["mean"]
         assert mean is None or f"{1000 * mean:.2f}" in text
-    assert static.count('role="img"') == 4
+    assert static.count('role="img"') == 5
 
 
 def test_figures_have_a_title_and_a_description_that_exist(quick):
@@ -156,7 +156,7 @@ def test_a_report_that_cannot_be_written_leaves_the_old_page(shelf, monkeypatch)
         write_report(shelf.folder)
     assert page.files.index.read_text(encoding="utf-8") == page.html
     assert sorted(file.name for file in page.files.index.parent.iterdir()) == [
-        "comparisons.csv", "figures", "index.html", "runs.csv", "summary.json",
+        "comparisons.csv", "figures", "index.html", "runs", "runs.csv", "summary.json",
     ]  # fmt: skip
 
 
