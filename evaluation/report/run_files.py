@@ -136,7 +136,7 @@ def _angles(actual: np.ndarray, planned: np.ndarray) -> np.ndarray:
     """Return the angles between attitudes, xyzw, shape (K, 4) each [rad]; small ones survive single precision."""
     vector = actual[:, 3:] * -planned[:, :3] + planned[:, 3:] * actual[:, :3] - np.cross(planned[:, :3], actual[:, :3])
     scalar = np.sum(actual * planned, axis=1)
-    return 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(scalar))
+    return np.asarray(2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(scalar)))
 
 
 def all_runs(worlds: Sequence[World]) -> list[Run]:

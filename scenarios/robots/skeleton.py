@@ -1,5 +1,6 @@
 """An arm's chain as plain numbers: all that a program without a rigid-body library needs to draw it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +52,6 @@ def skeleton(robot: Robot) -> Skeleton:
     return Skeleton(frames=tuple(frames), capsules=capsules, tool=numbers[TOOL_LINK])
 
 
-def _rounded(values: object) -> tuple[float, ...]:
+def _rounded(values: Sequence[float] | np.ndarray) -> tuple[float, ...]:
     # A quarter turn leaves 6e-17 where 0 is meant; adding 0 takes the sign off a zero.
-    return tuple(float(value) for value in np.round(np.ravel(values), DIGITS) + 0.0)  # type: ignore[call-overload]
+    return tuple(float(value) for value in np.round(np.ravel(np.asarray(values, dtype=float)), DIGITS) + 0.0)

@@ -8,9 +8,14 @@ import select
 import shutil
 import subprocess
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from torquebench import run
+from torquebench.reporting import report
+from torquebench.scenarios.result import REFUSED, RunResult
+from torquebench.scenarios.store import Store
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 PATIENCE = 60.0
@@ -139,3 +144,35 @@ def tab(tmp_path_factory):
     opened = Tab(binary, tmp_path_factory.mktemp("profile"))
     yield opened
     opened.close()
+
+
+HOSTILE = [
+    "<script>document.title='owned'</script>",
+    "\"'><img src=x onerror=document.title='owned'>",
+    "\u202eرجل\u2066 آلي",
+]
+"""Controllers with names that would like to be more than names."""
+
+
+@pytest.fixture(scope="session")
+def campaign(tmp_path_factory):
+    """A small campaign: two controllers on two motions, one of them repeated, and copies under hostile names."""
+    folder = tmp_path_factory.mktemp("campaign") / "store"
+    changes = ['trajectories=["T1", "T6"]', "loads=[{mass = 1.5}]", "laps=1", 'knowledge=["none"]', "tier=actuated"]
+    run("quick", out=folder, controllers=["flexiv_factory", "computed_torque"], changes=changes, workers=1)
+    with Store.read(folder) as store:
+        made = [(found, store._trace_bytes(found.trace)) for found in store.runs()]
+    with Store.write(folder) as store:
+        for found, trace in made:
+            same = found.specification
+            copies = [replace(same, controller=name) for name in HOSTILE]
+            if same.controller == "computed_torque":
+                copies += [replace(same, repetition=number) for number in range(1, 7)]
+            for copy in copies:
+                store.put(
+                    copy.address("copied"), copy, [replace(found.result, trace=trace, repetition=copy.repetition)]
+                )
+        refused = replace(made[0][0].specification, controller="mpc")
+        reason = "</script><script>document.title='owned'</script>"
+        store.put(refused.address("copied"), refused, [RunResult(role="run", status=REFUSED, cause="x", reason=reason)])
+    return report(folder)

@@ -117,7 +117,8 @@
     for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, () => { held = null; });
     new ResizeObserver(draw).observe(canvas);
     new MutationObserver(draw).observe(document.documentElement, { attributes: true });
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+    // Paper has colours of its own.
+    for (const query of ["(prefers-color-scheme: dark)", "print"]) matchMedia(query).addEventListener("change", draw);
 
     const fit = () => {
       const { reference, skeleton, planned } = actors[0];

@@ -1,5 +1,6 @@
 """Times of a tick: one machine's own, against the period they must fit into."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -40,7 +41,7 @@ def test_the_table_takes_medians_over_runs_and_the_longest_of_all(shelf, timed):
     timed("flexiv_factory", (10.0, 20.0, 100.0, 0.0), (12.0, 30.0, 800.0, 0.0), (14.0, 40.0, 200.0, 6.0))
     text = section_of(shelf.campaign().report())
     row = text.partition("<tbody>")[2].partition("</tr>")[0]
-    assert [float(value) for value in __import__("re").findall(r'data-v="([^"]+)"', row)] == [12.0, 30.0, 800.0, 2.0]
+    assert [float(value) for value in re.findall(r'data-v="([^"]+)"', row)] == [12.0, 30.0, 800.0, 2.0]
 
 
 def test_the_machine_is_named_and_a_second_one_too(shelf, timed):
