@@ -30,7 +30,7 @@ from .sentences import facts_in_words, failure_sentence, lead_sentences, machine
 from .table import Table
 from .worlds import differing_facts
 
-SCRIPTS = ("base.js", "page.js", "tables.js", "plots.js", "arm.js", "replay.js", "panel.js")
+SCRIPTS = ("base.js", "page.js", "tables.js", "plots.js", "arm.js", "replay.js", "player.js", "panel.js")
 """The parts of the page's script, in their order."""
 
 

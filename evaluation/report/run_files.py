@@ -63,11 +63,18 @@ def _record(run: Run, store: Store) -> dict[str, object]:
         "address": stored.address,
         "command": stored.command,
         "robot": robot_key(run),
-        "events": [[time, f"{load.mass:g} kg"] for time, load in stored.specification.schedule.entries[1:]],
+        "events": _events(run),
         "metrics": _metric_rows(result.metrics),
         "timing": {name: _finite(value) for name, value in result.timing.items()},
         "trace": _trace(run, store),
     }
+
+
+def _events(run: Run) -> list[tuple[float, str]]:
+    """Return time and new load of each change; a twin has a load history of its own, which its name tells."""
+    if run.stored.result.role != RUN:
+        return []
+    return [(time, f"{load.mass:g} kg") for time, load in run.stored.specification.schedule.entries[1:]]
 
 
 def _finite(value: object) -> float | None:

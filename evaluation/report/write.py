@@ -4,6 +4,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from ...controllers import InvalidInput
@@ -52,8 +53,8 @@ class ReportFiles:
 def write_report(store_folder: Path, out: Path | None = None, *, skeleton_of: SkeletonOf = no_skeleton) -> ReportFiles:
     """Write the report of a run store; the same store gives the same bytes.
 
-    All texts are made before the first file is touched, and each file is replaced as a whole, so a report that cannot
-    be written leaves the old one as it was.
+    All texts but those of single runs are made before the first file is touched, and each file is replaced as a whole,
+    so a report that cannot be written leaves the old one as it was.
 
     Args:
         store_folder: Folder of the store.
@@ -71,34 +72,39 @@ def write_report(store_folder: Path, out: Path | None = None, *, skeleton_of: Sk
         findings = find_all(worlds_of(stored, campaigns))
         panels = [panels_of(found, store) for found in findings]
         runs = all_runs([found.world for found in findings])
-        scripts = {f"{file_name(run)}.js": run_script(run, store) for run in runs}
-    page, figures = render(findings, panels, campaigns, _robots(runs, skeleton_of))
-    texts = {
-        **{f"{FIGURES}/{name}": text for name, text in figures.items()},
-        **{f"{RUNS}/{name}": text for name, text in scripts.items()},
-        "runs.csv": runs_csv(findings),
-        "comparisons.csv": comparisons_csv(findings),
-        "summary.json": summary_json(findings, panels, campaigns),
-        "index.html": page,
-    }
-    if probes := probes_csv(findings):
-        texts["probes.csv"] = probes
-    folder = Path(store_folder) / FOLDER if out is None else Path(out)
+        page, figures = render(findings, panels, campaigns, _robots(runs, skeleton_of))
+        texts = {
+            **{f"{FIGURES}/{name}": text for name, text in figures.items()},
+            "runs.csv": runs_csv(findings),
+            "comparisons.csv": comparisons_csv(findings),
+            "summary.json": summary_json(findings, panels, campaigns),
+            "index.html": page,
+        }
+        if probes := probes_csv(findings):
+            texts["probes.csv"] = probes
+        # Thousands of scripts are written one by one, before the page that asks for them: all at once they fill memory.
+        scripts = ((f"{RUNS}/{file_name(run)}.js", run_script(run, store)) for run in runs)
+        folder = Path(store_folder) / FOLDER if out is None else Path(out)
+        _write(folder, chain(scripts, texts.items()))
+    paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES))
+    return ReportFiles(*paths)
+
+
+def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
+    """Write files, and take away figures and scripts that are not among them: they would outlive their data."""
     try:
         for part in (FIGURES, RUNS):
             (folder / part).mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
+        written = set()
+        for name, text in texts:
             _replace(folder / name, text)
-        for file in (*(folder / FIGURES).glob("w[0-9]*.svg"), *(folder / RUNS).glob("*.js")):
-            if file.name not in figures and file.name not in scripts:
-                # What the page no longer has would outlive its data.
-                file.unlink()
+            written.add(folder / name)
+        for file in {*(folder / FIGURES).glob("w[0-9]*.svg"), *(folder / RUNS).glob("*.js")} - written:
+            file.unlink()
     except OSError as cause:
         raise InvalidInput(
             f"cannot be written ({cause.strerror})", str(folder), "name another folder for the report"
         ) from cause
-    paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES))
-    return ReportFiles(*paths)
 
 
 def _robots(runs: Iterable[Run], skeleton_of: SkeletonOf) -> dict[str, object]:
@@ -109,7 +115,7 @@ def _robots(runs: Iterable[Run], skeleton_of: SkeletonOf) -> dict[str, object]:
 
 
 def _replace(file: Path, text: str) -> None:
-    """Write a file under a temporary name and put it in place; thousands of runs that are there are left alone."""
+    """Write a file under a temporary name and put it in place; what is there already is left alone."""
     if file.is_file() and file.read_bytes() == text.encode():
         return
     descriptor, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.", suffix=".tmp")

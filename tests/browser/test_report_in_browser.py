@@ -236,3 +236,16 @@ def test_the_command_of_a_run_runs_it_again(page, campaign, tmp_path):
         (again,) = store.runs()
     assert again.address == stored.address
     assert again.result.metrics == stored.result.metrics
+
+
+def test_whoever_asks_for_less_motion_gets_few_pictures(drilled):
+    """Four a second at most, however fast the machine draws."""
+    drilled.emulate(prefers_reduced_motion="reduce")
+    drilled.run(
+        "globalThis.times = []; new MutationObserver(() => times.push(performance.now()))"
+        ".observe(document.querySelector('.player .time'), { childList: true }); times.push(performance.now())"
+    )
+    drilled.run("document.querySelector('.player .play').click()")
+    drilled.wait("times.length > 3")
+    drilled.run("document.querySelector('.player .play').click()")
+    assert min(np.diff(drilled.run("times"))[1:]) > 200.0

@@ -44,6 +44,7 @@ torquebench.samples = (series) => {
 torquebench.curve = (trace, series) => {
   const values = torquebench.samples(series);
   const step = (series.part * trace.dt) / 2;
-  const times = values.map((_, i) => Math.min(trace.start + (i + (series.part > 2 ? 0.5 : 0)) * step, trace.start + (trace.samples - 1) * trace.dt));
+  const first = trace.start + (series.part > 2 ? 0.5 * step : 0), last = trace.start + (trace.samples - 1) * trace.dt;
+  const times = values.map((_, i) => Math.min(first + i * step, last));
   return { times, values };
 };

@@ -29,12 +29,16 @@
     }
     return time - times[low] < times[high] - time ? low : high;
   };
-  const dash = (style) => (style < 6 ? undefined : "6 3");
+  // Colour and dash: each alone tells the curves apart.
+  const DASHES = [undefined, "7 3", "2 2", "9 3 2 3", "4 2", "1 3", "12 4"];
+  const stroke = (style) => ({ class: `curve s${style % 6}`, "stroke-dasharray": DASHES[style % DASHES.length] });
 
   // Draws curves {label, style, times, values} from start to stop; `seek` is told of a time that is pointed at.
   torquebench.plot = ({ title, unit, start, stop, events, seek }) => {
     const x = (time) => LEFT + ((WIDTH - LEFT - RIGHT) * (time - start)) / (stop - start || 1);
-    const drawing = element("svg", { class: "lines", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": `${title} over time` });
+    const drawing = element("svg", {
+      class: "lines", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": `${title} over time`,
+    });
     const legend = element("p", { class: "legend" });
     const node = element("figure", { class: "plot" }, element("figcaption", {}, `${title} [${unit}]`), drawing, legend);
     const cursor = element("path", { class: "cursor" });
@@ -61,7 +65,8 @@
       }
       if (start < 0) {
         const width = x(0) - x(start);
-        drawing.prepend(element("rect", { class: "lead-in", x: x(start), y: TOP, width, height: HEIGHT - TOP - BOTTOM }, element("title", {}, "lead-in, not scored")));
+        const place = { class: "lead-in", x: x(start), y: TOP, width, height: HEIGHT - TOP - BOTTOM };
+        drawing.prepend(element("rect", place, element("title", {}, "lead-in, not scored")));
       }
       for (const [time, what] of events) {
         drawing.append(element("path", { class: "event", d: `M${x(time)} ${TOP}V${HEIGHT - BOTTOM}` }));
@@ -75,12 +80,13 @@
           path += `${pen}${x(times[i]).toFixed(1)} ${y(value).toFixed(1)}`;
           pen = "L";
         });
-        drawing.append(element("path", { class: `curve s${style % 6}`, d: path, "stroke-dasharray": dash(style) }));
+        drawing.append(element("path", { ...stroke(style), d: path }));
       }
       drawing.append(cursor);
       shown = curves.map((curve) => {
         const value = element("b");
-        const sample = element("svg", { width: 24, height: 10, "aria-hidden": "true" }, element("path", { d: "M0 5h24", class: `curve s${curve.style % 6}`, "stroke-dasharray": dash(curve.style) }));
+        const line = element("path", { ...stroke(curve.style), d: "M0 5h24" });
+        const sample = element("svg", { width: 24, height: 10, "aria-hidden": "true" }, line);
         return { curve, value, entry: element("span", {}, sample, `${curve.label} `, value) };
       });
       legend.replaceChildren(...shown.map(({ entry }) => entry));
@@ -89,7 +95,8 @@
       cursor.setAttribute("d", `M${x(time).toFixed(1)} ${TOP}V${HEIGHT - BOTTOM}`);
       for (const { curve, value } of shown) {
         const found = curve.values[nearest(curve.times, time)];
-        value.textContent = found === undefined || Number.isNaN(found) || time > curve.times[curve.times.length - 1] + 0.1 ? "" : found.toPrecision(3).replace("-", "\u2212");
+        const ended = !(time <= curve.times[curve.times.length - 1] + 0.1) || Number.isNaN(found);
+        value.textContent = ended ? "" : found.toPrecision(3).replace("-", "\u2212");
       }
     };
     return { node, draw, show };

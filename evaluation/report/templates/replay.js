@@ -55,7 +55,10 @@
     };
     // Joint deviations may be shown larger than they are: millimetres cannot be seen on an arm of a metre.
     const posture = ({ frames, planned }, i) => frames[i].map((value, k) => planned[i][k] + magnified * (value - planned[i][k]));
-    const trace = () => { for (const actor of actors) actor.path = actor.frames.map((_, i) => torquebench.toolPoint(actor.skeleton, posture(actor, i))); };
+    const pathOf = (actor) => actor.frames.map((_, i) => torquebench.toolPoint(actor.skeleton, posture(actor, i)));
+    const trace = () => { for (const actor of actors) actor.path = pathOf(actor); };
+    const capsulesOf = (actor) => torquebench.capsules(actor.skeleton, posture(actor, actor.frameNumber(time)));
+    const shade = (actor) => colour(canvas, `--s${actor.style % 6}`);
 
     const draw = () => {
       const ratio = window.devicePixelRatio || 1;
@@ -75,21 +78,21 @@
       drawFloor(context, place);
       for (const actor of [...actors].reverse()) {
         context.globalAlpha = actor.ghost ? 0.35 : 1;
-        if (time <= actor.stop) drawArm(context, torquebench.capsules(actor.skeleton, posture(actor, actor.frameNumber(time))), place, scale, colour(canvas, `--s${actor.style % 6}`), colour(canvas, "--page"));
+        if (time <= actor.stop) drawArm(context, capsulesOf(actor), place, scale, shade(actor), colour(canvas, "--page"));
       }
       context.globalAlpha = 1;
       // The run of the panel hides what differs from it by a millimetre: ghosts show their axes through it.
       for (const actor of actors.filter(({ ghost, stop }) => ghost && time <= stop)) {
-        for (const { start, end } of torquebench.capsules(actor.skeleton, posture(actor, actor.frameNumber(time)))) {
+        for (const { start, end } of capsulesOf(actor)) {
           drawLine(context, [start, end], place, colour(canvas, "--page"), 5);
-          drawLine(context, [start, end], place, colour(canvas, `--s${actor.style % 6}`), 3);
+          drawLine(context, [start, end], place, shade(actor), 3);
         }
       }
       drawLine(context, actors[0].reference, place, colour(canvas, "--text"), 1.5, [5, 4]);
       for (const actor of [...actors].reverse()) {
         const past = actor.path.slice(0, actor.frameNumber(time) + 1);
         drawLine(context, past, place, colour(canvas, "--page"), 4);
-        drawLine(context, past, place, colour(canvas, `--s${actor.style % 6}`), 2);
+        drawLine(context, past, place, shade(actor), 2);
       }
     };
 
@@ -102,13 +105,17 @@
     const reset = () => { Object.assign(camera, home); draw(); };
     const keys = {
       ArrowLeft: () => turn(-0.1, 0, 1), ArrowRight: () => turn(0.1, 0, 1), ArrowUp: () => turn(0, 0.1, 1),
-      ArrowDown: () => turn(0, -0.1, 1), "+": () => turn(0, 0, 1.2), "=": () => turn(0, 0, 1.2), "-": () => turn(0, 0, 1 / 1.2), 0: reset,
+      ArrowDown: () => turn(0, -0.1, 1), "-": () => turn(0, 0, 1 / 1.2), "+": () => turn(0, 0, 1.2),
+      "=": () => turn(0, 0, 1.2), 0: reset,
     };
     canvas.addEventListener("keydown", (event) => {
       if (keys[event.key] && !event.ctrlKey && !event.metaKey) { event.preventDefault(); keys[event.key](); }
     });
     let held = null;
-    canvas.addEventListener("pointerdown", (event) => { held = [event.clientX, event.clientY]; canvas.setPointerCapture(event.pointerId); });
+    canvas.addEventListener("pointerdown", (event) => {
+      held = [event.clientX, event.clientY];
+      canvas.setPointerCapture(event.pointerId);
+    });
     canvas.addEventListener("pointermove", (event) => {
       if (!held) return;
       turn((held[0] - event.clientX) * 0.01, (event.clientY - held[1]) * 0.01, 1);
@@ -122,13 +129,22 @@
 
     const fit = () => {
       const { reference, skeleton, planned } = actors[0];
-      const points = [...reference, [0, 0, 0], ...torquebench.capsules(skeleton, planned[0]).flatMap(({ start: a, end: b }) => [a, b])].filter((p) => p.every(Number.isFinite));
-      const low = [0, 1, 2].map((k) => Math.min(...points.map((p) => p[k]))), high = [0, 1, 2].map((k) => Math.max(...points.map((p) => p[k])));
+      const arm = torquebench.capsules(skeleton, planned[0]).flatMap(({ start, end }) => [start, end]);
+      const points = [...reference, ...arm, [0, 0, 0]].filter((point) => point.every(Number.isFinite));
+      const limits = (pick) => [0, 1, 2].map((k) => pick(...points.map((point) => point[k])));
+      const low = limits(Math.min), high = limits(Math.max);
       centre = low.map((value, k) => (value + high[k]) / 2);
       size = 1.15 * Math.hypot(...low.map((value, k) => high[k] - value));
     };
-    const buttons = [["\u2190", "Turn left", -0.2, 0, 1], ["\u2192", "Turn right", 0.2, 0, 1], ["\u2191", "Look from higher", 0, 0.15, 1], ["\u2193", "Look from lower", 0, -0.15, 1], ["+", "Nearer", 0, 0, 1.25], ["\u2212", "Farther", 0, 0, 0.8]];
-    const controls = element("p", { class: "controls" }, ...buttons.map(([text, label, ...move]) => element("button", { type: "button", "aria-label": label, title: label, click: () => turn(...move) }, text)), element("button", { type: "button", click: reset }, "Reset view"));
+    const moves = [
+      ["\u2190", "Turn left", -0.2, 0, 1], ["\u2192", "Turn right", 0.2, 0, 1], ["\u2191", "Look from higher", 0, 0.15, 1],
+      ["\u2193", "Look from lower", 0, -0.15, 1], ["+", "Nearer", 0, 0, 1.25], ["\u2212", "Farther", 0, 0, 0.8],
+    ];
+    const buttons = moves.map(([text, label, ...move]) => (
+      element("button", { type: "button", "aria-label": label, title: label, click: () => turn(...move) }, text)
+    ));
+    buttons.push(element("button", { type: "button", click: reset }, "Reset view"));
+    const controls = element("p", { class: "controls" }, ...buttons);
     return {
       canvas, controls,
       cast: (found) => { actors = found; trace(); fit(); draw(); },

@@ -40,7 +40,8 @@
   const addFilter = (table) => {
     const rows = [...table.tBodies[0].rows];
     const count = element("output");
-    const field = element("input", { type: "search", placeholder: "words that a row must hold", input: () => filter(rows, field.value, count) });
+    const search = () => filter(rows, field.value, count);
+    const field = element("input", { type: "search", placeholder: "words that a row must hold", input: search });
     const box = element("p", { class: "filter" }, element("label", {}, "Filter ", field), count);
     table.closest(".block").prepend(box);
   };
@@ -49,7 +50,8 @@
     if (table.tBodies[0].rows.length < 2) continue;
     const headers = table.tHead.rows[table.tHead.rows.length - 1].cells;
     [...headers].forEach((header, column) => {
-      const control = element("button", { type: "button", title: "Sort by this column", click: () => sort(table, header, column) });
+      const click = () => sort(table, header, column);
+      const control = element("button", { type: "button", title: "Sort by this column", click });
       control.append(...header.childNodes);
       header.append(control);
     });
