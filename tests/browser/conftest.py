@@ -150,6 +150,7 @@ HOSTILE = [
     "<script>document.title='owned'</script>",
     "\"'><img src=x onerror=document.title='owned'>",
     "\u202eرجل\u2066 آلي",
+    "n" * 90,
 ]
 """Controllers with names that would like to be more than names."""
 

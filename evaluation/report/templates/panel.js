@@ -42,7 +42,7 @@
     const labels = others.map((other) => {
       const box = element("input", { type: "checkbox", change: () => change(box, other) });
       boxes.push(box);
-      return element("label", {}, box, ` ${other.dataset.label}`);
+      return element("label", {}, box, " ", element("bdi", {}, other.dataset.label));
     });
     const legend = element("legend", {}, "Other controllers on the same cell, as ghosts and curves");
     return [element("fieldset", { class: "ghosts" }, legend, ...labels)];
@@ -124,8 +124,9 @@
   };
 
   const fill = (box, record, row) => {
-    const heading = element("p", { class: "panel-title", id: `panel-${(count += 1)}` });
-    heading.textContent = `${record.label}: ${inWords(record.cell)}`;
+    // A name that is written from right to left must not take the words after it along.
+    const name = element("bdi", {}, record.label);
+    const heading = element("p", { class: "panel-title", id: `panel-${(count += 1)}` }, name, `: ${inWords(record.cell)}`);
     const status = record.status === "ok" ? [] : [element("p", { class: "bad" }, `${record.status}: ${record.reason}`)];
     const times = Object.entries(record.timing).map(([name, value]) => [name, value === null ? "" : value.toPrecision(4)]);
     const none = element("p", {}, "No trace of this run was kept, or it cannot be read.");

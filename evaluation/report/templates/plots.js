@@ -87,7 +87,7 @@
         const value = element("b");
         const line = element("path", { ...stroke(curve.style), d: "M0 5h24" });
         const sample = element("svg", { width: 24, height: 10, "aria-hidden": "true" }, line);
-        return { curve, value, entry: element("span", {}, sample, `${curve.label} `, value) };
+        return { curve, value, entry: element("span", {}, sample, element("bdi", {}, curve.label), value) };
       });
       legend.replaceChildren(...shown.map(({ entry }) => entry));
     };

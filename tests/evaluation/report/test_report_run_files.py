@@ -143,3 +143,19 @@ def test_scripts_are_the_same_to_the_byte_and_go_with_their_runs(shelf, put):
     file.unlink()
     write_report(shelf.folder)
     assert [(one.name, one.read_bytes()) for one in folder.iterdir()] == [(file.name, before)]
+
+
+def test_an_arm_stands_once_in_the_page_however_many_runs_it_has(shelf, put):
+    """The replay needs it; the runs only name it."""
+    for number in range(3):
+        put(trace=trace_of(seconds=1.0), repetition=number)
+    page = shelf.campaign().report()
+    asked = []
+    write_report(
+        shelf.folder, skeleton_of=lambda robot, tool: asked.append(robot) or {"frames": [], "note": "</script>"}
+    )
+    html = page.files.index.read_text(encoding="utf-8")
+    embedded = re.search(r'<script type="application/json" id="robots">(.*?)</script>', html).group(1)
+    (key,) = json.loads(embedded)
+    assert asked == ["rizon4s"]
+    assert {record["robot"] for record in records(page).values()} == {key}
