@@ -19,6 +19,7 @@ from typing import IO
 import numpy as np
 
 from ..controllers import InvalidInput
+from .command import repeating_command
 from .result import OK, REFUSED, RunResult
 from .specification import CARRIED, RunSpecification
 from .trace import decode_trace
@@ -61,6 +62,11 @@ class StoredRun:
     def repetition(self) -> int:
         """Number of the repetition: that of the row in a chain of protocol ``carried``, else that of the run."""
         return self.result.repetition if self.specification.protocol == CARRIED else self.specification.repetition
+
+    @property
+    def command(self) -> str:
+        """The shell command that repeats the run, empty if there is none."""
+        return repeating_command(self.specification)
 
     @property
     def machine(self) -> str:

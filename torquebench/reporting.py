@@ -1,10 +1,12 @@
 """Writes the report of a results folder for the commands."""
 
+from dataclasses import asdict
 from pathlib import Path
 
-from .controllers import InvalidInput
+from .controllers import InvalidInput, TorquebenchError
 from .evaluation.report import write_report
 from .operation_costs import costs_of
+from .scenarios.robots import load_robot, skeleton
 
 
 def report(folder: Path) -> Path:
@@ -17,8 +19,22 @@ def report(folder: Path) -> Path:
         InvalidInput: If it holds no run store, or the report cannot be written; an old report is kept then.
     """
     try:
-        return write_report(folder, costs_of=lambda run: costs_of(run.specification)).index
+        return write_report(folder, costs_of=lambda run: costs_of(run.specification), skeleton_of=skeleton_of).index
     except OSError as cause:
         raise InvalidInput(
             f"the report cannot be written ({cause})", str(folder), "runs and old report are kept"
         ) from cause
+
+
+def skeleton_of(robot: str, tool: str) -> dict[str, object] | None:
+    """Return what the replay draws of a robot; None if its file is no longer where the runs found it.
+
+    Args:
+        robot: Name or file of the robot.
+        tool: Name of its tool point.
+    """
+    try:
+        return asdict(skeleton(load_robot(robot, tool=tool)))
+    except TorquebenchError:
+        # A report is often read where the runs were not made.
+        return None

@@ -1,5 +1,8 @@
 """The page: findings in, one HTML text out."""
 
+import base64
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -23,10 +26,14 @@ from .claims import ClaimsPanel
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
 from .panels import Panels
+from .paths import PathDrawing, PathsPanel
 from .sensitivity import sensitivity_of
 from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .table import Table
 from .worlds import differing_facts
+
+SCRIPTS = ("base.js", "page.js", "tables.js", "plots.js", "arm.js", "replay.js", "player.js", "panel.js")
+"""The parts of the page's script, in their order."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +102,7 @@ def render(
     panels: Sequence[Panels],
     campaigns: Sequence[Mapping[str, object]],
     claims: ClaimsPanel | None,
+    robots: Mapping[str, object],
 ) -> tuple[str, dict[str, str]]:
     """Return the page and its figures.
 
@@ -103,6 +111,7 @@ def render(
         panels: What the section of each world has besides.
         campaigns: Records of the campaigns, oldest first.
         claims: Verdicts on the paper's claims; None if no run is about any.
+        robots: Skeletons of the arms that the replay draws, see :func:`~.run_files.robot_key`.
 
     Returns:
         One HTML text that needs nothing beside it, and the texts of the figures' files by name.
@@ -124,6 +133,8 @@ def render(
         sensitivity=sensitivity,
         definitions=records.definition_table(dict.fromkeys(name for names in shown for name in names)),
         campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
+        robots=Markup(json.dumps(robots, sort_keys=True, separators=(",", ":")).replace("<", "\\u003c")),
+        **_script(environment),
     )
     return page, _figure_files(environment, sections)
 
@@ -143,8 +154,20 @@ def _environment() -> Environment:
     def swatch(style: int, *, plain: bool) -> Markup:
         return Markup(drawing.swatch(style, plain=plain))
 
-    environment.globals.update(draw=draw, swatch=swatch)
+    def way(panel: PathsPanel, drawing: PathDrawing) -> Markup:
+        return Markup(panel.draw(drawing))
+
+    environment.globals.update(draw=draw, swatch=swatch, way=way)
     return environment
+
+
+def _script(environment: Environment) -> dict[str, Markup]:
+    """Return the page's script and its hash: the policy lets no other inline script run."""
+    loader = environment.loader
+    assert loader is not None
+    text = "\n".join(loader.get_source(environment, name)[0] for name in SCRIPTS)
+    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
+    return {"script": Markup(text), "script_hash": Markup(f"sha256-{digest}")}
 
 
 def _figure_files(environment: Environment, sections: Sequence[Section]) -> dict[str, str]:
@@ -152,7 +175,8 @@ def _figure_files(environment: Environment, sections: Sequence[Section]) -> dict
     macro = environment.get_template("macros.html").module.drawing  # type: ignore[attr-defined]
     files = {}
     for section in sections:
-        for figure in (*section.ratios, *(figure for figure, _ in section.dots)):
+        timed = [section.panels.timing.figure] if section.panels.timing is not None else []
+        for figure in (*section.ratios, *(figure for figure, _ in section.dots), *timed):
             files[f"{figure.id}.svg"] = drawing.wrap_file(str(macro(figure)), figure.title, figure.axis, figure.height)
         for chart in section.panels.charts:
             files[f"{chart.id}.svg"] = drawing.draw_file(chart)

@@ -13,6 +13,7 @@ from .lap_figures import lap_charts
 from .module_figures import gain_charts, load_charts
 from .module_tables import correlation_table, module_operation_table, operation_table, spike_table
 from .modules import Modules, modules_of
+from .paths import PathsPanel, paths_panel
 from .profile_figures import profile_charts
 from .resilience import SERIES, Event, Resilience, resilience_of
 from .resilience_figures import MOST_CHARTS, curve_charts, zoom_charts
@@ -20,6 +21,7 @@ from .resilience_tables import event_table, peak_table, rate_table, unjudged_tab
 from .robustness import Robustness, robustness_of
 from .robustness_tables import loop_table, margin_table, without_table, worst_loop_table
 from .table import Table
+from .timing import TimingPanel, timing_panel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +98,8 @@ class Panels:
         laps: Errors by lap.
         profiles: Shares of runs within multiples of the reference's error.
         efficiency: What computing and moving cost; None if nothing was counted.
+        timing: How long its controllers' calls took; None if nobody noted it.
+        paths: Its motions with the error along them; None without traces.
     """
 
     resilience: ResiliencePanel | None = None
@@ -104,6 +108,8 @@ class Panels:
     laps: Sequence[Chart] = ()
     profiles: Sequence[Chart] = ()
     efficiency: EfficiencyPanel | None = None
+    timing: TimingPanel | None = None
+    paths: PathsPanel | None = None
 
     @property
     def metrics(self) -> list[str]:
@@ -146,6 +152,8 @@ def panels_of(findings: Findings, store: Store, costs_of: CostsOf = no_costs) ->
         laps=lap_charts(findings),
         profiles=profile_charts(findings),
         efficiency=efficiency_panel(findings, store.campaigns(), costs_of),
+        timing=timing_panel(findings, store.campaigns()),
+        paths=paths_panel(findings, store),
     )
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from ..metrics import METRICS
 from .findings import ORIENTATION, POSITION, WINDOW, Findings
 from .numbers import unit_on_page
+from .run_files import row_data
 from .table import Cell, Column, Table, columns_to_rows, number_cells, stored_reading, word_cell
 from .worlds import Run
 
@@ -33,6 +34,7 @@ def run_table(findings: Findings, label: str) -> Table:
         columns=columns,
         rows=columns_to_rows(cells),
         row_ids=[run.anchor for run in runs],
+        row_data=[row_data(findings.world, run) for run in runs],
     )
 
 
@@ -69,6 +71,7 @@ def twin_table(findings: Findings) -> Table:
         columns=columns,
         rows=rows,
         row_ids=[twin.anchor for twin in findings.world.twins],
+        row_data=[row_data(findings.world, twin) for twin in findings.world.twins],
     )
 
 

@@ -75,12 +75,15 @@ def _split_table(
     """Return the means of one metric, one column for each value of what it is split by."""
     unit = METRICS[metric].unit
     summaries = findings.summaries[metric]
-    anchors = {label: f"#{findings.runs_anchor(label)}" for label in findings.order}
     readings = []
     for label in findings.order:
         means, status = split(summaries[label]), why_none(summaries[label])
+        # The runs of a controller stand sorted: those of a trajectory begin at its first.
+        first = {getattr(run.row, word): run.anchor for run in reversed(findings.runs_of(label))}
+        table = findings.runs_anchor(label)
         readings += [
-            Reading(means.get(key), status if not means else "missing", Cell("", href=anchors[label])) for key in keys
+            Reading(means.get(key), status if not means else "missing", Cell("", href=f"#{first.get(key, table)}"))
+            for key in keys
         ]
     cells = number_cells(readings, unit)
     return Table(

@@ -73,6 +73,7 @@ class Table:
         rows: Its cells, row by row.
         name: File name of its CSV without suffix; no link if empty.
         row_ids: Fragment of each row, empty for none.
+        row_data: What scripts have to know of each row, by name; empty for nothing.
     """
 
     id: str
@@ -81,6 +82,7 @@ class Table:
     rows: Sequence[Sequence[Cell]]
     name: str = ""
     row_ids: Sequence[str] = ()
+    row_data: Sequence[Mapping[str, str]] = ()
 
     @property
     def groups(self) -> list[tuple[str, int]]:

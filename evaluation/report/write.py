@@ -2,7 +2,9 @@
 
 import os
 import tempfile
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from ...controllers import InvalidInput
@@ -13,12 +15,22 @@ from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
 from .findings import find_all
 from .page import render
 from .panels import panels_of
-from .worlds import worlds_of
+from .run_files import all_runs, file_name, robot_key, run_script
+from .worlds import Run, worlds_of
 
 FOLDER = "report"
 """Where a report goes within its store."""
 FIGURES = "figures"
 """Where its figures go within it."""
+RUNS = "runs"
+"""Where what the page loads of each run goes within it."""
+
+SkeletonOf = Callable[[str, str], Mapping[str, object] | None]
+"""Takes name and tool point of a robot to what the replay draws of it, None if it is not there."""
+
+
+def no_skeleton(robot: str, tool: str) -> None:
+    """Draw no arm."""
 
 
 @dataclass(frozen=True)
@@ -40,16 +52,23 @@ class ReportFiles:
     figures: Path
 
 
-def write_report(store_folder: Path, out: Path | None = None, *, costs_of: CostsOf = no_costs) -> ReportFiles:
+def write_report(
+    store_folder: Path,
+    out: Path | None = None,
+    *,
+    costs_of: CostsOf = no_costs,
+    skeleton_of: SkeletonOf = no_skeleton,
+) -> ReportFiles:
     """Write the report of a run store; the same store gives the same bytes.
 
-    All texts are made before the first file is touched, and each file is replaced as a whole, so a report that cannot
-    be written leaves the old one as it was.
+    All texts but those of single runs are made before the first file is touched, and each file is replaced as a whole,
+    so a report that cannot be written leaves the old one as it was.
 
     Args:
         store_folder: Folder of the store.
         out: Folder of the report; ``report`` within the store if None.
         costs_of: Knows what controllers compute; asked once for each.
+        skeleton_of: Knows the arms that the replay draws.
 
     Returns:
         What was written.
@@ -62,35 +81,53 @@ def write_report(store_folder: Path, out: Path | None = None, *, costs_of: Costs
         findings = find_all(worlds_of(stored, campaigns))
         panels = [panels_of(found, store, costs_of) for found in findings]
         claims = claims_of(findings, panels, store)
-    page, figures = render(findings, panels, campaigns, claims)
-    texts = {
-        **{f"{FIGURES}/{name}": text for name, text in figures.items()},
-        "runs.csv": runs_csv(findings),
-        "comparisons.csv": comparisons_csv(findings),
-        "summary.json": summary_json(findings, panels, campaigns, claims),
-        "index.html": page,
-    }
-    if probes := probes_csv(findings):
-        texts["probes.csv"] = probes
-    folder = Path(store_folder) / FOLDER if out is None else Path(out)
-    try:
-        (folder / FIGURES).mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            _replace(folder / name, text)
-        for file in (folder / FIGURES).glob("w[0-9]*.svg"):
-            if file.name not in figures:
-                # A figure that the page no longer has would outlive its data.
-                file.unlink()
-    except OSError as cause:
-        raise InvalidInput(
-            f"cannot be written ({cause.strerror})", str(folder), "name another folder for the report"
-        ) from cause
+        runs = all_runs([found.world for found in findings])
+        page, figures = render(findings, panels, campaigns, claims, _robots(runs, skeleton_of))
+        texts = {
+            **{f"{FIGURES}/{name}": text for name, text in figures.items()},
+            "runs.csv": runs_csv(findings),
+            "comparisons.csv": comparisons_csv(findings),
+            "summary.json": summary_json(findings, panels, campaigns, claims),
+            "index.html": page,
+        }
+        if probes := probes_csv(findings):
+            texts["probes.csv"] = probes
+        # Thousands of scripts are written one by one, before the page that asks for them: all at once they fill memory.
+        scripts = ((f"{RUNS}/{file_name(run)}.js", run_script(run, store)) for run in runs)
+        folder = Path(store_folder) / FOLDER if out is None else Path(out)
+        _write(folder, chain(scripts, texts.items()))
     paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES))
     return ReportFiles(*paths)
 
 
+def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
+    """Write files, and take away figures and scripts that are not among them: they would outlive their data."""
+    try:
+        for part in (FIGURES, RUNS):
+            (folder / part).mkdir(parents=True, exist_ok=True)
+        written = set()
+        for name, text in texts:
+            _replace(folder / name, text)
+            written.add(folder / name)
+        for file in {*(folder / FIGURES).glob("w[0-9]*.svg"), *(folder / RUNS).glob("*.js")} - written:
+            file.unlink()
+    except OSError as cause:
+        raise InvalidInput(
+            f"cannot be written ({cause.strerror})", str(folder), "name another folder for the report"
+        ) from cause
+
+
+def _robots(runs: Iterable[Run], skeleton_of: SkeletonOf) -> dict[str, object]:
+    """Return what is drawn of each arm, by the name that the runs have for it."""
+    found = {robot_key(run): run.stored.specification for run in runs}
+    drawn = {key: skeleton_of(run.robot, run.tool) for key, run in found.items()}
+    return {key: skeleton for key, skeleton in drawn.items() if skeleton is not None}
+
+
 def _replace(file: Path, text: str) -> None:
-    """Write a file under a temporary name and put it in place."""
+    """Write a file under a temporary name and put it in place; what is there already is left alone."""
+    if file.is_file() and file.read_bytes() == text.encode():
+        return
     descriptor, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.", suffix=".tmp")
     try:
         with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:

@@ -4,6 +4,7 @@ from .capsules import Capsule
 from .description import Description, Joint, Link, slosh_names, slot_name
 from .robot import Robot
 from .robot_file import load_robot, read_robot, rizon4s
+from .skeleton import Skeleton, skeleton
 from .urdf import parse_urdf, read_urdf
 
 __all__ = [
@@ -12,11 +13,13 @@ __all__ = [
     "Joint",
     "Link",
     "Robot",
+    "Skeleton",
     "load_robot",
     "parse_urdf",
     "read_robot",
     "read_urdf",
     "rizon4s",
+    "skeleton",
     "slosh_names",
     "slot_name",
 ]

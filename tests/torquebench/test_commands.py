@@ -238,7 +238,7 @@ def test_the_report_command_names_its_page(call, monkeypatch):
 def test_a_report_that_the_disk_refuses_is_one_line(monkeypatch):
     """Runs are there, the old page is there; only the new page is not."""
 
-    def full(folder):
+    def full(folder, **_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(reporting, "write_report", full)

@@ -151,12 +151,13 @@ def test_a_report_that_cannot_be_written_leaves_the_old_page(shelf, monkeypatch)
             raise OSError(28, "No space left on device")
         replaced(source, target)
 
+    page.files.index.write_text("the old page")
     monkeypatch.setattr(os, "replace", full_disk)
     with pytest.raises(InvalidInput, match="No space left"):
         write_report(shelf.folder)
-    assert page.files.index.read_text(encoding="utf-8") == page.html
+    assert page.files.index.read_text() == "the old page"
     assert sorted(file.name for file in page.files.index.parent.iterdir()) == [
-        "comparisons.csv", "figures", "index.html", "runs.csv", "summary.json",
+        "comparisons.csv", "figures", "index.html", "runs", "runs.csv", "summary.json",
     ]  # fmt: skip
 
 
