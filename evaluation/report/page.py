@@ -24,6 +24,7 @@ from .findings import COMPARED, HEADLINES, Findings
 from .panels import Panels
 from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .table import Table
+from .table_files import FORMATS, stem, tables_in
 from .worlds import differing_facts
 
 
@@ -90,8 +91,8 @@ class Section:
 
 def render(
     findings: Sequence[Findings], panels: Sequence[Panels], campaigns: Sequence[Mapping[str, object]]
-) -> tuple[str, dict[str, str]]:
-    """Return the page and its figures.
+) -> tuple[str, dict[str, str], list[Table]]:
+    """Return the page, its figures and its tables.
 
     Args:
         findings: Findings of each world.
@@ -99,20 +100,25 @@ def render(
         campaigns: Records of the campaigns, oldest first.
 
     Returns:
-        One HTML text that needs nothing beside it, and the texts of the figures' files by name.
+        One HTML text that needs nothing beside it, the texts of the figures' files by name, and every table with rows.
     """
     environment = _environment()
     differing = differing_facts([found.world for found in findings])
     title, description = _title(campaigns)
     sections = [_section(found, extra, differing) for found, extra in zip(findings, panels, strict=True)]
+    definitions = records.definition_table(dict.fromkeys(name for extra in panels for name in extra.metrics))
+    recorded = [_campaign(number, record) for number, record in enumerate(campaigns, start=1)]
+    tables = tables_in([sections, definitions, [record["gate"] for record in recorded]])
     page = environment.get_template("page.html").render(
         title=title,
         description=description,
         sections=sections,
-        definitions=records.definition_table(dict.fromkeys(name for extra in panels for name in extra.metrics)),
-        campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
+        definitions=definitions,
+        campaigns=recorded,
+        tables=[(stem(table), table.caption) for table in tables],
+        formats=FORMATS,
     )
-    return page, _figure_files(environment, sections)
+    return page, _figure_files(environment, sections), tables
 
 
 def _environment() -> Environment:

@@ -1,7 +1,9 @@
 """From a run store to the files of a report."""
 
 import os
+import re
 import tempfile
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,12 +13,15 @@ from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
 from .findings import find_all
 from .page import render
 from .panels import panels_of
+from .table_files import table_files
 from .worlds import worlds_of
 
 FOLDER = "report"
 """Where a report goes within its store."""
-FIGURES = "figures"
-"""Where its figures go within it."""
+FIGURES, TABLES = "figures", "tables"
+"""Where its figures and its tables go within it."""
+OURS = re.compile(r"w\d[\w-]*\.(svg|csv|md|tex)|(definitions-table|gate-\d+)\.(csv|md|tex)")
+"""Names of the files that a report puts there."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,7 @@ class ReportFiles:
         runs: One row for each run.
         comparisons: One row for each comparison with a reference.
         figures: Folder with every figure of the page as an SVG file.
+        tables: Folder with every table of the page as CSV, Markdown and LaTeX.
     """
 
     index: Path
@@ -36,6 +42,7 @@ class ReportFiles:
     runs: Path
     comparisons: Path
     figures: Path
+    tables: Path
 
 
 def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
@@ -58,9 +65,10 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
         stored, campaigns = store.runs(), store.campaigns()
         findings = find_all(worlds_of(stored, campaigns))
         panels = [panels_of(found, store) for found in findings]
-    page, figures = render(findings, panels, campaigns)
+    page, figures, tables = render(findings, panels, campaigns)
     texts = {
         **{f"{FIGURES}/{name}": text for name, text in figures.items()},
+        **{f"{TABLES}/{name}": text for name, text in table_files(tables).items()},
         "runs.csv": runs_csv(findings),
         "comparisons.csv": comparisons_csv(findings),
         "summary.json": summary_json(findings, panels, campaigns),
@@ -70,19 +78,25 @@ def write_report(store_folder: Path, out: Path | None = None) -> ReportFiles:
         texts["probes.csv"] = probes
     folder = Path(store_folder) / FOLDER if out is None else Path(out)
     try:
-        (folder / FIGURES).mkdir(parents=True, exist_ok=True)
+        for part in (FIGURES, TABLES):
+            (folder / part).mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             _replace(folder / name, text)
-        for file in (folder / FIGURES).glob("w[0-9]*.svg"):
-            if file.name not in figures:
-                # A figure that the page no longer has would outlive its data.
-                file.unlink()
+        for part in (FIGURES, TABLES):
+            _clear(folder / part, {name.partition("/")[2] for name in texts if name.startswith(f"{part}/")})
     except OSError as cause:
         raise InvalidInput(
             f"cannot be written ({cause.strerror})", str(folder), "name another folder for the report"
         ) from cause
-    paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES))
+    paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES, TABLES))
     return ReportFiles(*paths)
+
+
+def _clear(folder: Path, kept: Collection[str]) -> None:
+    """Remove what the page no longer has: it would outlive its data."""
+    for file in folder.iterdir():
+        if OURS.fullmatch(file.name) and file.name not in kept:
+            file.unlink()
 
 
 def _replace(file: Path, text: str) -> None:
