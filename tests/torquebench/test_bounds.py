@@ -1,4 +1,4 @@
-"""``run --gate``: a bound is held against the page's own figures, never against survivors; its status is for scripts."""
+"""``run --gate``: a bound is held against the page's figures, never against survivors; its status is for scripts."""
 
 import json
 import math
