@@ -11,6 +11,7 @@ COMMANDS = {
     "explain": "Print the runs behind a cell of the report, the worst of them and how to repeat it.",
     "replay": "Show a stored run, run it again, or feed what it saw to another controller.",
     "diff": "Print in what two results folders, or two runs, differ.",
+    "figures": "Draw the figures for print as SVG and PDF.",
     "list": "List what can be named: controllers, trajectories, benchmarks and so on.",
     "ledger": "Print where every setting of every controller comes from.",
     "speed": "Measure how fast harness, plants and controllers are on this machine.",

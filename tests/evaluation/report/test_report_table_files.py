@@ -108,3 +108,11 @@ def test_a_table_that_the_page_no_longer_has_leaves_the_folder_and_other_files_s
         file.write_text("x")
     write_report(shelf.folder)
     assert not stale.exists() and own.exists()
+
+
+def test_a_report_written_again_is_the_same_bytes_in_every_file(shelf):
+    """Page, figures, tables and data: a store says one thing."""
+    folder = shelf.grid(trajectories=("T1", "T2")).campaign().report().files.index.parent
+    first = {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+    write_report(shelf.folder)
+    assert {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()} == first
