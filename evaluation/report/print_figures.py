@@ -126,7 +126,8 @@ def _modules(panel: ModulesPanel) -> Iterator[tuple[str, Sheet]]:
 
 def _resilience(panel: ResiliencePanel, labels: Sequence[str]) -> Sheet:
     """Return the error over time above, and the time after each event below."""
-    able = [chart for chart in panel.curves if chart.title in labels] or list(panel.curves[:1])
+    drawn = {chart.title: chart for chart in panel.curves}
+    able = [drawn[label] for label in labels if label in drawn] or list(panel.curves[:1])
     top = max(chart.y.high for chart in able)
     curves = [replace(chart.curves[0], style=style) for style, chart in enumerate(able)]
     whole = replace(able[0], curves=curves, y=Axis("joint error [mrad]", 0.0, top))
@@ -135,7 +136,9 @@ def _resilience(panel: ResiliencePanel, labels: Sequence[str]) -> Sheet:
         return _side_by_side([whole], {whole.id: "Joint error over time"})
     sheet = Sheet(figsize=(PAGE, 4.2), layout="constrained")
     grid = sheet.add_gridspec(2, len(zooms))
-    draw_chart(sheet.add_subplot(grid[0, :]), whole, title="Joint error over time")
+    above = sheet.add_subplot(grid[0, :])
+    draw_chart(above, whole, title="Joint error over time")
+    above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(curves))
     below = [sheet.add_subplot(grid[1, place]) for place in range(len(zooms))]
     for axes, chart in zip(below, zooms, strict=True):
         draw_chart(axes, chart)

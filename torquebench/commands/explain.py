@@ -57,14 +57,14 @@ def _say(found: "Explanation") -> None:
     from ..terminal_plot import plot
 
     shown = unit_on_page(found.unit)
-    click.echo(f"{found.controller} in {found.world}: {len(found.runs)} runs")
+    click.echo(f"{found.controller} in {found.world}: {len(found.runs)} run{'s' if len(found.runs) > 1 else ''}")
     for line in _lines(found.runs[:SHOWN]):
         click.echo(f"  {line}")
     if len(found.runs) > SHOWN:
         click.echo(f"  and {len(found.runs) - SHOWN} more: --json lists all")
     mean = "no value" if found.mean is None else f"{significant(shown.of(found.mean))} {shown.text}"
     counted = sum(run.values[found.metric] is not None for run in found.runs)
-    click.echo(f"mean {found.metric}: {mean} ({counted} of {len(found.runs)} runs have one)")
+    click.echo(f"mean {found.metric}: {mean} (runs with a value: {counted} of {len(found.runs)})")
     worst = found.worst
     click.echo(f"worst: {worst.address[:12]} ({worst.trajectory}, {worst.load}, repetition {worst.repetition})")
     if worst.reason:
