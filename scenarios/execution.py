@@ -12,12 +12,12 @@ from .loop_study import loop_study
 from .margin_study import margin_study
 from .margins import LOOP_RESPONSE
 from .result import FAILED, OK, RunResult, Scores
-from .specification import RunSpecification, twin_schedules
+from .specification import CARRIED, RunSpecification, twin_schedules
 from .studies import Judges, Prepare
 from .trial import Evaluate, Keeping, Trial, run_trial
 from .world import World
 
-__all__ = ["TRACE_KINDS", "Evaluate", "EvaluateEvents", "Judges", "execute", "rehearse"]
+__all__ = ["TRACE_KINDS", "Evaluate", "EvaluateEvents", "Judges", "execute", "record", "rehearse"]
 
 TRACE_KINDS = ("plot", "full", "none")
 REHEARSED = 20
@@ -81,6 +81,28 @@ def _study(
     if specification.study == LOOP_RESPONSE:
         return loop_study(specification, play, judges, keep=traces != "none")
     return margin_study(specification, play, judges)
+
+
+def record(
+    specification: RunSpecification, *, evaluate: Evaluate, plug_ins: Mapping[str, object] | None = None
+) -> Trial:
+    """Run one specification without its twins and keep every tick of it.
+
+    Args:
+        specification: What to run.
+        evaluate: Scores a log at full rate.
+        plug_ins: Python objects behind controller names that no other door knows.
+
+    Raises:
+        InvalidInput: If it is a study or a chain: neither is one run.
+        TorquebenchError: If robot, trajectory, load, plant or tier cannot be had.
+    """
+    if specification.study or specification.protocol == CARRIED:
+        came = f"a {specification.study} study" if specification.study else f"a chain of protocol {CARRIED!r}"
+        raise InvalidInput(f"{came} is not one run", "run", "name a run of protocol 'fresh'")
+    cast = _Cast(specification, plug_ins or {}, Keeping(evaluate=evaluate, traces="none"))
+    (trial,) = cast.trials("run", specification.schedule)
+    return trial
 
 
 def rehearse(specification: RunSpecification, *, plug_ins: Mapping[str, object] | None = None) -> None:

@@ -30,10 +30,12 @@ class Trial:
     Attributes:
         result: The row.
         log: Every tick; None if the run never began, or a hook of the controller failed.
+        frames: The same as the loop had it, with what the sensors gave: records of :func:`~.tick.frame_dtype`.
     """
 
     result: RunResult
     log: RunLog | None = None
+    frames: np.ndarray | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +53,7 @@ class Keeping:
     snapshot: bool = False
 
 
-class _ControllerFault(Exception):
+class ControllerFault(Exception):
     """An optional hook of a controller that failed, in one line."""
 
 
@@ -67,19 +69,24 @@ def run_trial(world: World, controller: object, *, role: str, keeping: Keeping) 
     row = RunResult(role=role, status=OK, repetition=world.specification.repetition)
     begun = time.perf_counter()
     try:
-        provider = _reset(world, controller)
+        provider = reset_controller(world, controller)
         reset_time = time.perf_counter() - begun
         outcome = run_episode(world.episode(controller, provider))
         timed = replace(row, timing=_timing(outcome, reset_time, world), provenance=_findings(provider))
         return _trial(world, controller, outcome, timed, keeping)
     except Refusal as refusal:
         return Trial(result=replace(row, status=REFUSED, cause="refused", reason=refusal.reason))
-    except _ControllerFault as fault:
+    except ControllerFault as fault:
         return Trial(result=replace(row, status=FAILED, cause="exception", reason=str(fault)))
 
 
-def _reset(world: World, controller: object) -> object:
-    """Reset knowledge and controller, and return the provider of knowledge."""
+def reset_controller(world: World, controller: object) -> object:
+    """Reset knowledge and controller, and return the provider of knowledge.
+
+    Raises:
+        Refusal: If the controller declines the task, or its design would be unstable on this arm.
+        ControllerFault: If one of its hooks failed.
+    """
     task = world.task()
     provider = discovery.load("knowledge", task.knowledge)()  # type: ignore[operator]
     provider.reset(task.robot, task.actuation, world.truth)
@@ -121,7 +128,7 @@ def _trial(world: World, controller: object, outcome: Outcome, row: RunResult, k
         provenance={**row.provenance, **_provenance(world, outcome)},
         trace=_trace(log, outcome, controller, keeping),
     )
-    return Trial(result=result, log=log)
+    return Trial(result=result, log=log, frames=outcome.log)
 
 
 @contextmanager
@@ -132,7 +139,7 @@ def _blamed(name: str) -> Iterator[None]:
     except Refusal:
         raise
     except Exception as error:
-        raise _ControllerFault(f"in {name}: {describe(error)}") from error
+        raise ControllerFault(f"in {name}: {describe(error)}") from error
 
 
 def _counts(outcome: Outcome, operations: Mapping[str, int]) -> dict[str, object]:

@@ -8,6 +8,10 @@ import click
 COMMANDS = {
     "run": "Run a benchmark and write its report.",
     "report": "Write the report of a results folder again.",
+    "explain": "Print the runs behind a cell of the report, the worst of them and how to repeat it.",
+    "replay": "Show a stored run, run it again, or feed what it saw to another controller.",
+    "diff": "Print in what two results folders, or two runs, differ.",
+    "figures": "Draw the figures for print as SVG and PDF.",
     "list": "List what can be named: controllers, trajectories, benchmarks and so on.",
     "ledger": "Print where every setting of every controller comes from.",
     "speed": "Measure how fast harness, plants and controllers are on this machine.",

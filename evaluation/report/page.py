@@ -30,6 +30,7 @@ from .paths import PathDrawing, PathsPanel
 from .sensitivity import sensitivity_of
 from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .table import Table
+from .table_files import FORMATS, stem, tables_in
 from .worlds import differing_facts
 
 SCRIPTS = ("base.js", "page.js", "tables.js", "plots.js", "arm.js", "replay.js", "player.js", "panel.js")
@@ -103,8 +104,8 @@ def render(
     campaigns: Sequence[Mapping[str, object]],
     claims: ClaimsPanel | None,
     robots: Mapping[str, object],
-) -> tuple[str, dict[str, str]]:
-    """Return the page and its figures.
+) -> tuple[str, dict[str, str], list[Table]]:
+    """Return the page, its figures and its tables.
 
     Args:
         findings: Findings of each world.
@@ -114,7 +115,7 @@ def render(
         robots: Skeletons of the arms that the replay draws, see :func:`~.run_files.robot_key`.
 
     Returns:
-        One HTML text that needs nothing beside it, and the texts of the figures' files by name.
+        One HTML text that needs nothing beside it, the texts of the figures' files by name, and every table with rows.
     """
     environment = _environment()
     differing = differing_facts([found.world for found in findings])
@@ -125,18 +126,24 @@ def render(
         for found, extra in zip(findings, panels, strict=True)
     ]
     shown = [extra.metrics for extra in panels] + ([claims.metrics] if claims else [])
+    definitions = records.definition_table(dict.fromkeys(name for names in shown for name in names))
+    recorded = [_campaign(number, record) for number, record in enumerate(campaigns, start=1)]
+    order = sensitivity.table if sensitivity else None
+    tables = tables_in([claims, order, sections, definitions, [record["gate"] for record in recorded]])
     page = environment.get_template("page.html").render(
         title=title,
         description=description,
         sections=sections,
         claims=claims,
         sensitivity=sensitivity,
-        definitions=records.definition_table(dict.fromkeys(name for names in shown for name in names)),
-        campaigns=[_campaign(number, record) for number, record in enumerate(campaigns, start=1)],
+        definitions=definitions,
+        campaigns=recorded,
+        tables=[(stem(table), table.caption) for table in tables],
+        formats=FORMATS,
         robots=Markup(json.dumps(robots, sort_keys=True, separators=(",", ":")).replace("<", "\\u003c")),
         **_script(environment),
     )
-    return page, _figure_files(environment, sections)
+    return page, _figure_files(environment, sections), tables
 
 
 def _environment() -> Environment:

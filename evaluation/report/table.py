@@ -61,6 +61,12 @@ class Column:
     group: str = ""
     note: str = ""
 
+    @property
+    def title(self) -> str:
+        """Its header where it stands alone: what it shares with its neighbours, its own words, its unit."""
+        words = f"{self.group}: {self.text}" if self.group else self.text
+        return f"{words} [{self.unit}]" if self.unit not in ("", "1") else words
+
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
@@ -105,13 +111,18 @@ class Table:
         ]
 
     @property
-    def data_link(self) -> str:
-        """Return the table as a ``data:`` link."""
+    def csv(self) -> str:
+        """Return the table as CSV, numbers with six digits, units in the header."""
         stream = io.StringIO()
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow([f"{c.text} [{c.unit}]" if c.unit else c.text for c in self.columns])
+        writer.writerow([column.title for column in self.columns])
         writer.writerows([[c.text if c.value is None else f"{c.value:.6g}" for c in row] for row in self.rows])
-        return f"data:text/csv;charset=utf-8,{quote(stream.getvalue())}"
+        return stream.getvalue()
+
+    @property
+    def data_link(self) -> str:
+        """Return the CSV as a ``data:`` link."""
+        return f"data:text/csv;charset=utf-8,{quote(self.csv)}"
 
 
 @dataclass(frozen=True)

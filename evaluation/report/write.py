@@ -1,6 +1,7 @@
 """From a run store to the files of a report."""
 
 import os
+import re
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -16,14 +17,19 @@ from .findings import find_all
 from .page import render
 from .panels import panels_of
 from .run_files import all_runs, file_name, robot_key, run_script
+from .table_files import table_files
 from .worlds import Run, worlds_of
 
 FOLDER = "report"
 """Where a report goes within its store."""
-FIGURES = "figures"
-"""Where its figures go within it."""
+FIGURES, TABLES = "figures", "tables"
+"""Where its figures and its tables go within it."""
 RUNS = "runs"
 """Where what the page loads of each run goes within it."""
+OURS = re.compile(
+    r"w\d[\w-]*\.(svg|csv|md|tex)|(claims[\w-]*|sensitivity-table|definitions-table|gate-\d+)\.(csv|md|tex)"
+)
+"""Names of the figures and tables that a report puts there."""
 
 SkeletonOf = Callable[[str, str], Mapping[str, object] | None]
 """Takes name and tool point of a robot to what the replay draws of it, None if it is not there."""
@@ -43,6 +49,7 @@ class ReportFiles:
         runs: One row for each run.
         comparisons: One row for each comparison with a reference.
         figures: Folder with every figure of the page as an SVG file.
+        tables: Folder with every table of the page as CSV, Markdown and LaTeX.
     """
 
     index: Path
@@ -50,6 +57,7 @@ class ReportFiles:
     runs: Path
     comparisons: Path
     figures: Path
+    tables: Path
 
 
 def write_report(
@@ -82,9 +90,10 @@ def write_report(
         panels = [panels_of(found, store, costs_of) for found in findings]
         claims = claims_of(findings, panels, store)
         runs = all_runs([found.world for found in findings])
-        page, figures = render(findings, panels, campaigns, claims, _robots(runs, skeleton_of))
+        page, figures, tables = render(findings, panels, campaigns, claims, _robots(runs, skeleton_of))
         texts = {
             **{f"{FIGURES}/{name}": text for name, text in figures.items()},
+            **{f"{TABLES}/{name}": text for name, text in table_files(tables).items()},
             "runs.csv": runs_csv(findings),
             "comparisons.csv": comparisons_csv(findings),
             "summary.json": summary_json(findings, panels, campaigns, claims),
@@ -96,20 +105,21 @@ def write_report(
         scripts = ((f"{RUNS}/{file_name(run)}.js", run_script(run, store)) for run in runs)
         folder = Path(store_folder) / FOLDER if out is None else Path(out)
         _write(folder, chain(scripts, texts.items()))
-    paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES))
+    paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES, TABLES))
     return ReportFiles(*paths)
 
 
 def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
-    """Write files, and take away figures and scripts that are not among them: they would outlive their data."""
+    """Write files, and take away figures, tables and scripts that are not among them: they would outlive their data."""
     try:
-        for part in (FIGURES, RUNS):
+        for part in (FIGURES, TABLES, RUNS):
             (folder / part).mkdir(parents=True, exist_ok=True)
         written = set()
         for name, text in texts:
             _replace(folder / name, text)
             written.add(folder / name)
-        for file in {*(folder / FIGURES).glob("w[0-9]*.svg"), *(folder / RUNS).glob("*.js")} - written:
+        ours = {file for part in (FIGURES, TABLES) for file in (folder / part).iterdir() if OURS.fullmatch(file.name)}
+        for file in {*ours, *(folder / RUNS).glob("*.js")} - written:
             file.unlink()
     except OSError as cause:
         raise InvalidInput(

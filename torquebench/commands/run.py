@@ -2,12 +2,15 @@
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 if TYPE_CHECKING:
+    from ..bounds import Checked
     from ..running import RunReport
 
 
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
 @click.option("--workers", type=click.IntRange(min=0), default=0, help="Processes; 0 for one per core.")
 @click.option("--traces", default="plot", show_default=True, help="plot, full or none.")
 @click.option("--retry-failed", is_flag=True, help="Try failed runs again.")
+@click.option("--gate", type=click.Path(path_type=Path), help="TOML file of bounds; one that is broken is status 1.")
 @click.option("--dry-run", is_flag=True, help="Say what would run and how long it would take.")
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
 def command(
@@ -39,15 +43,19 @@ def command(
     workers: int,
     traces: str,
     retry_failed: bool,
+    gate: Path | None,
     dry_run: bool,
     as_json: bool,
 ) -> int:
     """Run BENCHMARK (a name or a .toml file) and write its report."""
+    from ..bounds import check_bounds, read_bounds
     from ..running import run
     from ..scenarios.campaign import parse_shard
     from ..scenarios.latency import parse_latency
     from .progress import Progress
 
+    # A gate that cannot be read is found before hours of runs.
+    bounds = read_bounds(gate) if gate is not None else ()
     with Progress(quiet=as_json) as progress:
         outcome = run(
             benchmark,
@@ -65,11 +73,22 @@ def command(
             dry_run=dry_run,
             watch=progress.watch,
         )
+    checked = check_bounds(bounds, outcome.folder) if bounds and not dry_run else ()
     if as_json:
-        click.echo(json.dumps(asdict(outcome), default=str, indent=2))
+        held = {"gate": [asdict(check) for check in checked]} if checked else {}
+        click.echo(json.dumps(asdict(outcome) | held, default=str, indent=2))
     else:
         _say(outcome, dry_run=dry_run)
-    return 1 if outcome.failed and not dry_run else 0
+        _say_gate(checked)
+    broken = not all(check.passed for check in checked)
+    return 1 if broken or (outcome.failed and not dry_run) else 0
+
+
+def _say_gate(checked: "Sequence[Checked]") -> None:
+    """Print every bound, what was found, and whether it holds."""
+    for check in checked:
+        found = check.reason if check.value is None else f"{check.value:.4g} {check.unit}".strip()
+        click.echo(f"{'pass' if check.passed else 'FAIL'}: {check.bound}; found: {found}")
 
 
 def _say(outcome: "RunReport", *, dry_run: bool) -> None:

@@ -75,7 +75,8 @@ def test_every_link_within_the_page_leads_somewhere(quick):
     folder = quick.files.index.parent
     files = {link for link in reader.links if not link.startswith(("#", "data:"))}
     figures = {f"figures/{name}" for name in os.listdir(folder / "figures")}
-    assert files == {"summary.json", "runs.csv", "comparisons.csv", *figures}
+    tables = {f"tables/{name}" for name in os.listdir(folder / "tables")}
+    assert files == {"summary.json", "runs.csv", "comparisons.csv", *figures, *tables}
     assert all((folder / name).is_file() for name in files)
 
 
@@ -157,7 +158,7 @@ def test_a_report_that_cannot_be_written_leaves_the_old_page(shelf, monkeypatch)
         write_report(shelf.folder)
     assert page.files.index.read_text() == "the old page"
     assert sorted(file.name for file in page.files.index.parent.iterdir()) == [
-        "comparisons.csv", "figures", "index.html", "runs", "runs.csv", "summary.json",
+        "comparisons.csv", "figures", "index.html", "runs", "runs.csv", "summary.json", "tables",
     ]  # fmt: skip
 
 
