@@ -8,6 +8,7 @@ import click
 COMMANDS = {
     "run": "Run a benchmark and write its report.",
     "report": "Write the report of a results folder again.",
+    "evaluate": "Compute the metrics of a log of your own, a CSV file.",
     "list": "List what can be named: controllers, trajectories, benchmarks and so on.",
     "ledger": "Print where every setting of every controller comes from.",
     "speed": "Measure how fast harness, plants and controllers are on this machine.",

@@ -108,6 +108,7 @@ from .laps import (
     error_by_lap,
     orientation_error_by_lap,
 )
+from .log import Log
 from .modules import (
     equivalent_load,
     gravity_torque_bias,
@@ -210,11 +211,7 @@ from .velocity import (
     tcp_velocity_error_mean,
     velocity_error_ratio,
 )
-from .windows import (
-    WINDOWS,
-    evaluate,
-    window_rows,
-)
+from .windows import WINDOWS, evaluate, missing_fields, window_rows
 
 __all__ = [
     "CONSTANTS",
@@ -224,6 +221,7 @@ __all__ = [
     "WINDOWS",
     "Censored",
     "EventTwins",
+    "Log",
     "Metric",
     "Value",
     "along_track_error_mean",
@@ -303,6 +301,7 @@ __all__ = [
     "mass_worst_position",
     "material_ratio",
     "metric",
+    "missing_fields",
     "op_energy_estimate",
     "orientation_error_by_lap",
     "position_limit_margin_min",
