@@ -20,6 +20,33 @@ class EmptyWindow(EvaluationError, ValueError):
         super().__init__(f"{metric}: the window holds no sample")
 
 
+class InvalidLog(EvaluationError, ValueError):
+    """A log of one's own that cannot be what its field names say.
+
+    Attributes:
+        field: The field's name.
+        what: What came.
+        valid: What would have been valid.
+    """
+
+    def __init__(self, field: str, what: str, valid: str) -> None:
+        self.field, self.what, self.valid = field, what, valid
+        super().__init__(f"log, {field}: {what}; {valid}")
+
+
+class MissingFields(EvaluationError, ValueError):
+    """A metric was asked for by name, and the log lacks what it needs.
+
+    Attributes:
+        metric: The metric's id.
+        missing: Names of the fields.
+    """
+
+    def __init__(self, metric: str, missing: Sequence[str]) -> None:
+        self.metric, self.missing = metric, tuple(missing)
+        super().__init__(f"{metric} needs {', '.join(missing)}, which the log does not have")
+
+
 class UnequalLengths(EvaluationError, ValueError):
     """Arrays of one log that do not hold the same number of ticks.
 

@@ -12,6 +12,7 @@ COMMANDS = {
     "replay": "Show a stored run, run it again, or feed what it saw to another controller.",
     "diff": "Print in what two results folders, or two runs, differ.",
     "figures": "Draw the figures for print as SVG and PDF.",
+    "evaluate": "Compute the metrics of a log of your own, a CSV file.",
     "list": "List what can be named: controllers, trajectories, benchmarks and so on.",
     "ledger": "Print where every setting of every controller comes from.",
     "speed": "Measure how fast harness, plants and controllers are on this machine.",

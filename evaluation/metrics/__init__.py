@@ -1,6 +1,44 @@
 """Metrics of logs: pure functions of bare arrays, each with a unit, a direction and a source."""
 
-from .builtin import METRICS
+from .adaptation import (
+    mass_argmin,
+    mass_range_orientation,
+    mass_range_position,
+    mass_slope_log,
+    mass_slope_orientation,
+    mass_slope_position,
+    mass_worst_orientation,
+    mass_worst_position,
+    shape_cv,
+    shape_range_orientation,
+    shape_range_position,
+    shape_range_rel,
+    speed_exponent,
+    speed_group_ratio,
+)
+from .builtin import (
+    METRICS,
+)
+from .cells import (
+    heldout_gap,
+    material_ratio,
+    repeat_range_orientation,
+    repeat_range_position,
+    verdict_agreement,
+    worst_case_orientation,
+    worst_case_position,
+    worst_to_mean,
+)
+from .computing import (
+    deadline_miss_fraction,
+    tick_time_every_10,
+    tick_time_every_50,
+    tick_time_max,
+    tick_time_median,
+    tick_time_p99,
+    tick_time_p999,
+    tick_times_by_stride,
+)
 from .contour import (
     along_track_error_mean,
     along_track_error_rms,
@@ -11,6 +49,15 @@ from .contour import (
     cross_track_error_mean,
     cross_track_error_rms,
     cross_track_series,
+)
+from .effort import (
+    effort_torque_sq,
+    effort_torque_sq_weighted,
+    energy_abs,
+    energy_net,
+    energy_per_path,
+    energy_positive,
+    joint_work,
 )
 from .excess import (
     event_excess_per_kg,
@@ -29,8 +76,39 @@ from .gains import (
     gain_variation,
     less_lap_mean,
 )
-from .lag import joint_time_lag, joint_time_lags, lag_free_error, lag_share, time_lag
-from .laps import error_by_lap, orientation_error_by_lap
+from .iso_corner import (
+    iso_corner_overshoot,
+)
+from .iso_path import (
+    iso_path_accuracy,
+    iso_path_accuracy_orientation,
+    iso_path_repeatability,
+    iso_path_repeatability_orientation,
+)
+from .iso_speed import (
+    iso_velocity_accuracy,
+    iso_velocity_fluctuation,
+    iso_velocity_repeatability,
+)
+from .jerk import (
+    jerk_ratio,
+    ldlj,
+    log_dimensionless_jerk,
+    sparc,
+    spectral_arc_length,
+)
+from .lag import (
+    joint_time_lag,
+    joint_time_lags,
+    lag_free_error,
+    lag_share,
+    time_lag,
+)
+from .laps import (
+    error_by_lap,
+    orientation_error_by_lap,
+)
+from .log import Log
 from .modules import (
     equivalent_load,
     gravity_torque_bias,
@@ -39,9 +117,15 @@ from .modules import (
     spike_rate,
     thalamus_weight_slope,
 )
+from .operations import (
+    op_energy_estimate,
+    solver_iterations_median,
+    solver_iterations_p99,
+)
 from .orientation import (
     tcp_orientation_error_euler_raw,
     tcp_orientation_error_euler_wrapped,
+    tcp_orientation_error_final,
     tcp_orientation_error_last_lap,
     tcp_orientation_error_max,
     tcp_orientation_error_mean,
@@ -58,13 +142,18 @@ from .peaks import (
     recovery_peaks_raw_null,
     recovery_peaks_stable,
 )
-from .polyline import contour_distances
+from .polyline import (
+    contour_distances,
+)
 from .precision import (
+    joint_error_final,
+    joint_error_last_lap,
     joint_error_mean,
     joint_error_norm_series,
     joint_error_rms,
     joint_error_rms_by_joint,
     joint_error_rms_per_joint,
+    tcp_position_error_final,
     tcp_position_error_last_lap,
     tcp_position_error_max,
     tcp_position_error_mean,
@@ -79,8 +168,20 @@ from .recovery import (
     recovery_time_settled_50,
     recovery_time_settled_position,
 )
-from .registry import CONSTANTS, UNDEFINED, Censored, Metric, Value, metric
-from .resilience import EVENT_METRICS, EventTwins, evaluate_events, success
+from .registry import (
+    CONSTANTS,
+    UNDEFINED,
+    Censored,
+    Metric,
+    Value,
+    metric,
+)
+from .resilience import (
+    EVENT_METRICS,
+    EventTwins,
+    evaluate_events,
+    success,
+)
 from .saturation import (
     clip_fraction,
     clip_fraction_by_joint,
@@ -96,8 +197,21 @@ from .series import (
     recovery_time_cycle_band,
     recovery_time_paper_style,
 )
-from .smoothness import torque_rate_rms, torque_rate_rms_by_joint, torque_ripple, torque_total_variation
-from .windows import WINDOWS, evaluate, window_rows
+from .smoothness import (
+    torque_rate_rms,
+    torque_rate_rms_by_joint,
+    torque_ripple,
+    torque_total_variation,
+)
+from .velocity import (
+    joint_velocity_error_mean,
+    joint_velocity_error_rms,
+    tcp_angular_velocity_error_mean,
+    tcp_speed_error_mean,
+    tcp_velocity_error_mean,
+    velocity_error_ratio,
+)
+from .windows import WINDOWS, evaluate, missing_fields, window_rows
 
 __all__ = [
     "CONSTANTS",
@@ -107,6 +221,7 @@ __all__ = [
     "WINDOWS",
     "Censored",
     "EventTwins",
+    "Log",
     "Metric",
     "Value",
     "along_track_error_mean",
@@ -122,6 +237,13 @@ __all__ = [
     "cross_track_error_mean",
     "cross_track_error_rms",
     "cross_track_series",
+    "deadline_miss_fraction",
+    "effort_torque_sq",
+    "effort_torque_sq_weighted",
+    "energy_abs",
+    "energy_net",
+    "energy_per_path",
+    "energy_positive",
     "equivalent_load",
     "error_by_lap",
     "error_peak_raw",
@@ -140,7 +262,19 @@ __all__ = [
     "gravity_torque_bias",
     "gravity_torque_bias_by_joint",
     "gravity_torque_nrmse",
+    "heldout_gap",
     "improvement_rate",
+    "iso_corner_overshoot",
+    "iso_path_accuracy",
+    "iso_path_accuracy_orientation",
+    "iso_path_repeatability",
+    "iso_path_repeatability_orientation",
+    "iso_velocity_accuracy",
+    "iso_velocity_fluctuation",
+    "iso_velocity_repeatability",
+    "jerk_ratio",
+    "joint_error_final",
+    "joint_error_last_lap",
     "joint_error_mean",
     "joint_error_norm_series",
     "joint_error_rms",
@@ -148,11 +282,27 @@ __all__ = [
     "joint_error_rms_per_joint",
     "joint_time_lag",
     "joint_time_lags",
+    "joint_velocity_error_mean",
+    "joint_velocity_error_rms",
+    "joint_work",
     "lag_free_error",
     "lag_share",
     "last_cycle_error",
+    "ldlj",
     "less_lap_mean",
+    "log_dimensionless_jerk",
+    "mass_argmin",
+    "mass_range_orientation",
+    "mass_range_position",
+    "mass_slope_log",
+    "mass_slope_orientation",
+    "mass_slope_position",
+    "mass_worst_orientation",
+    "mass_worst_position",
+    "material_ratio",
     "metric",
+    "missing_fields",
+    "op_energy_estimate",
     "orientation_error_by_lap",
     "position_limit_margin_min",
     "recovery_peaks_05",
@@ -171,29 +321,58 @@ __all__ = [
     "recovery_time_settled_10",
     "recovery_time_settled_50",
     "recovery_time_settled_position",
+    "repeat_range_orientation",
+    "repeat_range_position",
     "residual_excess",
     "residual_excess_position",
+    "shape_cv",
+    "shape_range_orientation",
+    "shape_range_position",
+    "shape_range_rel",
+    "solver_iterations_median",
+    "solver_iterations_p99",
+    "sparc",
+    "spectral_arc_length",
+    "speed_exponent",
+    "speed_group_ratio",
     "spike_rate",
     "success",
+    "tcp_angular_velocity_error_mean",
     "tcp_orientation_error_euler_raw",
     "tcp_orientation_error_euler_wrapped",
+    "tcp_orientation_error_final",
     "tcp_orientation_error_last_lap",
     "tcp_orientation_error_max",
     "tcp_orientation_error_mean",
     "tcp_orientation_error_p95",
     "tcp_orientation_error_rms",
+    "tcp_position_error_final",
     "tcp_position_error_last_lap",
     "tcp_position_error_max",
     "tcp_position_error_mean",
     "tcp_position_error_p95",
     "tcp_position_error_rms",
+    "tcp_speed_error_mean",
+    "tcp_velocity_error_mean",
     "thalamus_weight_slope",
+    "tick_time_every_10",
+    "tick_time_every_50",
+    "tick_time_max",
+    "tick_time_median",
+    "tick_time_p99",
+    "tick_time_p999",
+    "tick_times_by_stride",
     "time_lag",
     "torque_rate_clip_fraction",
     "torque_rate_rms",
     "torque_rate_rms_by_joint",
     "torque_ripple",
     "torque_total_variation",
+    "velocity_error_ratio",
     "velocity_limit_fraction",
+    "verdict_agreement",
     "window_rows",
+    "worst_case_orientation",
+    "worst_case_position",
+    "worst_to_mean",
 ]

@@ -1,11 +1,20 @@
 """The metrics that come with the library, collected from their families."""
 
 from . import (
+    adaptation,
+    cells,
+    computing,
     contour,
+    effort,
     excess,
     gains,
+    iso_corner,
+    iso_path,
+    iso_speed,
+    jerk,
     lag,
     modules,
+    operations,
     orientation,
     peaks,
     precision,
@@ -14,12 +23,15 @@ from . import (
     saturation,
     series,
     smoothness,
+    velocity,
 )
 from .registry import Metric
 
 FAMILIES = (
-    *(precision, orientation, lag, contour, smoothness, saturation),
+    *(precision, orientation, lag, contour, iso_path, iso_speed, iso_corner),
+    *(velocity, smoothness, jerk, saturation, effort),
     *(resilience, recovery, excess, peaks, series, modules, gains),
+    *(adaptation, cells, computing, operations),
 )
 
 METRICS: dict[str, Metric[...]] = {

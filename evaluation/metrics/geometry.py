@@ -37,13 +37,34 @@ def rotation_angles(quat: np.ndarray, quat_ref: np.ndarray) -> np.ndarray:
     Returns:
         Angles in [0, pi], shape (N,) [rad].
     """
+    vector, scalar = _relative(quat, quat_ref)
+    return np.asarray(2.0 * np.arctan2(np.sqrt(np.einsum("dk,dk->k", vector, vector)), np.abs(scalar)))
+
+
+def rotation_vectors(quat: np.ndarray, quat_ref: np.ndarray) -> np.ndarray:
+    """Return the rotation from each reference attitude to its attitude, as axis times angle.
+
+    Args:
+        quat: Attitudes xyzw, shape (N, 4); the common length of a pair's quaternions cancels.
+        quat_ref: Attitudes xyzw, shape (N, 4).
+
+    Returns:
+        Vectors in the axes of the reference attitude, at most pi long, shape (N, 3) [rad].
+    """
+    vector, scalar = _relative(quat, quat_ref)
+    size = np.sqrt(np.einsum("dk,dk->k", vector, vector))
+    angle = np.where(scalar < 0.0, -2.0, 2.0) * np.arctan2(size, np.abs(scalar))
+    return np.asarray((vector * np.divide(angle, size, out=np.zeros_like(size), where=size > 0.0)).T)
+
+
+def _relative(quat: np.ndarray, quat_ref: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return vector, shape (3, N), and scalar, shape (N,), of the quaternion from reference to attitude."""
     x, y, z, w = quat.T
     rx, ry, rz, rw = quat_ref.T
     vx = rw * x - w * rx - (ry * z - rz * y)
     vy = rw * y - w * ry - (rz * x - rx * z)
     vz = rw * z - w * rz - (rx * y - ry * x)
-    scalar = rw * w + rx * x + ry * y + rz * z
-    return np.asarray(2.0 * np.arctan2(np.sqrt(vx * vx + vy * vy + vz * vz), np.abs(scalar)))
+    return np.stack([vx, vy, vz]), rw * w + rx * x + ry * y + rz * z
 
 
 def roll_pitch_yaw(quat: np.ndarray) -> np.ndarray:

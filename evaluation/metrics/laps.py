@@ -39,6 +39,18 @@ def last_lap(ticks: int, lap: float, dt: float) -> slice | None:
     return slice(ticks - int(bounds[1]), ticks) if len(bounds) > 1 else None
 
 
+def last_rows(ticks: int, duration: float, dt: float) -> slice | None:
+    """Return the rows of the last stretch of a log, None if the log is shorter.
+
+    Args:
+        ticks: Number of rows.
+        duration: Duration of the stretch [s].
+        dt: Control period [s].
+    """
+    count = max(round(duration / dt), 1)
+    return slice(ticks - count, ticks) if ticks >= count else None
+
+
 def error_by_lap(p: np.ndarray, p_ref: np.ndarray, lap: float, dt: float) -> np.ndarray:
     """Mean distance between tool point and reference in each whole lap.
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from .geometry import roll_pitch_yaw, root_mean_square, rotation_angles
-from .laps import last_lap
+from .laps import last_lap, last_rows
+from .precision import FINAL
 from .registry import UNDEFINED, metric
 
 FAILED_ORIENTATION = math.pi
@@ -137,6 +138,33 @@ def tcp_orientation_error_last_lap(quat: np.ndarray, quat_ref: np.ndarray, dt: f
         EmptyWindow: If there is no sample.
     """
     rows = last_lap(len(quat), lap, dt)
+    return UNDEFINED if rows is None else float(rotation_angles(quat, quat_ref)[rows].mean())
+
+
+@metric(
+    unit="rad",
+    better="lower",
+    family="precision",
+    needs=("quat", "quat_ref", "dt"),
+    source="mean geodesic angle over the last 0.2 s",
+    label="final orientation error",
+    fail_value=FAILED_ORIENTATION,
+)
+def tcp_orientation_error_final(quat: np.ndarray, quat_ref: np.ndarray, dt: float) -> float:
+    """Mean geodesic angle over the last 0.2 s: where a motion that is no cycle arrives.
+
+    Args:
+        quat: Tool attitudes, unit quaternions xyzw in the base frame, shape (N, 4).
+        quat_ref: Reference attitudes of the same ticks, shape (N, 4).
+        dt: Control period [s].
+
+    Returns:
+        The mean angle [rad]; NaN if any sample is not finite or the window is shorter than 0.2 s.
+
+    Raises:
+        EmptyWindow: If there is no sample.
+    """
+    rows = last_rows(len(quat), FINAL, dt)
     return UNDEFINED if rows is None else float(rotation_angles(quat, quat_ref)[rows].mean())
 
 

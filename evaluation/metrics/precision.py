@@ -5,11 +5,14 @@ import math
 import numpy as np
 
 from .geometry import distances, root_mean_square
-from .laps import last_lap
+from .laps import last_lap, last_rows
 from .registry import UNDEFINED, metric
 
 FAILED_JOINTS, FAILED_POSITION = 3.0, 0.5
 """What a failed run counts as: errors that no run comes near which still tracks [rad, m]."""
+
+FINAL = 0.2
+"""The end of a motion, over which its final error is averaged [s]."""
 
 
 def joint_error_norm_series(q: np.ndarray, q_ref: np.ndarray) -> np.ndarray:
@@ -115,6 +118,61 @@ def joint_error_rms_per_joint(q: np.ndarray, q_ref: np.ndarray) -> float:
         EmptyWindow: If there is no sample.
     """
     return root_mean_square(distances(q, q_ref)) / math.sqrt(q.shape[1])
+
+
+@metric(
+    unit="rad",
+    better="lower",
+    family="precision",
+    needs=("q", "q_ref", "dt", "lap"),
+    source="mean norm over the last lap",
+    label="settled joint error (last lap)",
+    fail_value=FAILED_JOINTS,
+)
+def joint_error_last_lap(q: np.ndarray, q_ref: np.ndarray, dt: float, lap: float) -> float:
+    """Mean norm of the joint error over the last lap.
+
+    Args:
+        q: Joint positions, shape (N, n) [rad].
+        q_ref: Planned joint positions of the same ticks, shape (N, n) [rad].
+        dt: Control period [s].
+        lap: Duration of one lap [s].
+
+    Returns:
+        The mean norm [rad]; NaN if any sample is not finite or the window is shorter than a lap.
+
+    Raises:
+        EmptyWindow: If there is no sample.
+    """
+    rows = last_lap(len(q), lap, dt)
+    return UNDEFINED if rows is None else float(distances(q, q_ref)[rows].mean())
+
+
+@metric(
+    unit="rad",
+    better="lower",
+    family="precision",
+    needs=("q", "q_ref", "dt"),
+    source="mean norm over the last 0.2 s",
+    label="final joint error",
+    fail_value=FAILED_JOINTS,
+)
+def joint_error_final(q: np.ndarray, q_ref: np.ndarray, dt: float) -> float:
+    """Mean norm of the joint error over the last 0.2 s: where a motion that is no cycle arrives.
+
+    Args:
+        q: Joint positions, shape (N, n) [rad].
+        q_ref: Planned joint positions of the same ticks, shape (N, n) [rad].
+        dt: Control period [s].
+
+    Returns:
+        The mean norm [rad]; NaN if any sample is not finite or the window is shorter than 0.2 s.
+
+    Raises:
+        EmptyWindow: If there is no sample.
+    """
+    rows = last_rows(len(q), FINAL, dt)
+    return UNDEFINED if rows is None else float(distances(q, q_ref)[rows].mean())
 
 
 @metric(
@@ -245,4 +303,31 @@ def tcp_position_error_last_lap(p: np.ndarray, p_ref: np.ndarray, dt: float, lap
         EmptyWindow: If there is no sample.
     """
     rows = last_lap(len(p), lap, dt)
+    return UNDEFINED if rows is None else float(distances(p, p_ref)[rows].mean())
+
+
+@metric(
+    unit="m",
+    better="lower",
+    family="precision",
+    needs=("p", "p_ref", "dt"),
+    source="mean distance over the last 0.2 s",
+    label="final position error",
+    fail_value=FAILED_POSITION,
+)
+def tcp_position_error_final(p: np.ndarray, p_ref: np.ndarray, dt: float) -> float:
+    """Mean distance over the last 0.2 s: where a motion that is no cycle arrives.
+
+    Args:
+        p: Tool positions, base frame, shape (N, 3) [m].
+        p_ref: Reference positions of the same ticks, shape (N, 3) [m].
+        dt: Control period [s].
+
+    Returns:
+        The mean distance [m]; NaN if any sample is not finite or the window is shorter than 0.2 s.
+
+    Raises:
+        EmptyWindow: If there is no sample.
+    """
+    rows = last_rows(len(p), FINAL, dt)
     return UNDEFINED if rows is None else float(distances(p, p_ref)[rows].mean())

@@ -15,13 +15,13 @@ from .shared import is_finite
 Arguments = ParamSpec("Arguments")
 Better = Literal["lower", "higher", "none"]
 Status = Literal["ok", "censored", "failed", "undefined"]
-Kind = Literal["log", "table", "twins"]
-"""What a metric is computed from: one log, values or curves of several runs, or a run with its twins."""
+Kind = Literal["log", "table", "timing", "twins"]
+"""What a metric is computed from: one log, values or curves of several runs, wall times, or a run with its twins."""
 
 UNDEFINED = math.nan
 """What a metric returns where it has no meaning: the time lag of a reference that rests, the rate of one sample."""
 
-CONSTANTS = frozenset({"dt", "lap", "effort", "torque_rate", "velocity", "lower", "upper"})
+CONSTANTS = frozenset({"dt", "lap", "effort", "torque_rate", "velocity", "lower", "upper", "mass"})
 """Fields of a log that hold one value for the whole run; all others have a row for each tick."""
 
 

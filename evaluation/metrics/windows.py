@@ -50,8 +50,8 @@ def evaluate(
 ) -> dict[str, dict[str, Value]]:
     """Compute metrics of a log.
 
-    A metric whose fields the log does not have, or has as None, is left out; so is one of several runs or of a run
-    with its twins, and a window without a sample.
+    A metric whose fields the log does not have, or has as None, is left out, see :func:`missing_fields`; so is one of
+    several runs or of a run with its twins, and a window without a sample.
 
     Args:
         log: Any object with attributes of the contract's field names: ``t``, ``dt``, and what the metrics need.
@@ -84,6 +84,24 @@ def evaluate(
                 cut = {name: memory.part(f, part) if _is_series(name, f) else f for name, f in whole.items()}
                 result[window] = {m.id: m.value_of(cut) for m in possible}
     return result
+
+
+def missing_fields(
+    log: object, ids: Iterable[str] | None = None, metrics: Mapping[str, Metric[...]] = METRICS
+) -> dict[str, tuple[str, ...]]:
+    """Return the metrics of a log that :func:`evaluate` leaves out, with the fields that they lack.
+
+    Args:
+        log: As for :func:`evaluate`.
+        ids: Which metrics; all if None.
+        metrics: The metrics by id.
+
+    Raises:
+        UnknownMetric: If an id is not in ``metrics``.
+    """
+    asked = list(metrics.values()) if ids is None else [_lookup(name, metrics) for name in ids]
+    lacking = {m.id: tuple(name for name in m.needs if getattr(log, name, None) is None) for m in asked}
+    return {m.id: lacking[m.id] for m in asked if m.kind == "log" and lacking[m.id]}
 
 
 def _lookup(name: str, metrics: Mapping[str, Metric[...]]) -> Metric[...]:

@@ -8,6 +8,8 @@ from torquebench.evaluation.errors import (
     AmbiguousRuns,
     EmptyWindow,
     EvaluationError,
+    InvalidLog,
+    MissingFields,
     NothingToCompare,
     TooFewUnits,
     UnequalLengths,
@@ -18,6 +20,8 @@ from torquebench.evaluation.errors import (
 
 EXAMPLES = (
     EmptyWindow("time_lag"),
+    InvalidLog("quat", "length 1.2 in row 0", "valid are unit quaternions"),
+    MissingFields("torque_ripple", ("tau",)),
     UnequalLengths("time_lag", {"p": 10, "p_ref": 9}),
     UnknownMetric("time_lagg", ["time_lag", "lag_share"]),
     UnknownWindow("event", ("run", "steady")),
