@@ -59,7 +59,6 @@ LIBRARIES = (
     Library(module="rich", distribution="rich", cost="no command line"),
     Library(module="pydantic", distribution="pydantic", cost="robot and benchmark files cannot be read"),
     Library(module="jinja2", distribution="Jinja2", cost="no report"),
-    Library(module="plotly", distribution="plotly", cost="no interactive figures in the report"),
     Library(module="safetensors", distribution="safetensors", cost="trained patterns cannot be read"),
     Library(
         module="torch",
