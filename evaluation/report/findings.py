@@ -1,5 +1,6 @@
 """Everything the page says about one world, computed once."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,6 +12,7 @@ from ..errors import NothingToCompare
 from ..materials import MaterialContrast, contrast_all
 from ..metrics import METRICS
 from ..motion_sets import rows_in, sets_in
+from ..rows import RunRow, read
 from ..summary import Summary, summary
 from .worlds import Run, World
 
@@ -34,7 +36,7 @@ class Lead:
 
     Attributes:
         metric: Id of the metric.
-        ranked: Controllers that ran the whole grid with few failures, smallest mean first.
+        ranked: Controllers that ran all common cells with few failures, smallest mean first.
         against_reference: The first against the declared reference, as a family of one; None if it is the reference
             itself or shares no run with it.
         in_family: The same comparison corrected for all opponents of the reference.
@@ -66,14 +68,24 @@ class Findings:
             self.comparisons = {name: compare_all(rows, world.reference, name, WINDOW) for name in COMPARED}
 
     @cached_property
+    def common_rows(self) -> list[RunRow]:
+        """Runs in the cells that more than half of the controllers ran: there they can be ranked; without any, all runs."""
+        rows = self.world.rows
+        pairs = {(row.controller, row.cell) for row in rows}
+        ran = Counter(cell for _, cell in pairs)
+        common = [row for row in rows if 2 * ran[row.cell] > len(self.world.labels)]
+        return common or rows
+
+    @cached_property
     def order(self) -> tuple[str, ...]:
-        """Controllers as tables list them: whole grids before others, then by mean position error."""
-        ranked = set(self.ranked(POSITION))
+        """Controllers as tables list them: those with a rank before others, then by mean position error."""
+        ranked = self.ranked(POSITION)
         summaries = self.summaries[POSITION]
 
-        def place(label: str) -> tuple[bool, float, str]:
+        def place(label: str) -> tuple[float, float, str]:
             mean = summaries[label].mean
-            return (label not in ranked, np.inf if mean is None else mean, label)
+            rank = ranked.index(label) if label in ranked else np.inf
+            return (rank, np.inf if mean is None else mean, label)
 
         return tuple(sorted(self.world.labels, key=place))
 
@@ -106,16 +118,20 @@ class Findings:
         return tuple(sorted(ended, key=lambda run: (run.row.status, self.order.index(run.row.controller), run.row.key)))
 
     def ranked(self, metric: str) -> tuple[str, ...]:
-        """Return controllers with few failures and a value for every run of the grid, smallest mean first.
+        """Return controllers with few failures and a value in every common cell, smallest mean over these first.
 
-        A mean over the easy part of a grid is no better than one over all of it.
+        A mean over the easy part of a grid is no better than one over all of it, and who ran more cells or repetitions
+        than others is judged where they ran too.
         """
-        found = self.summaries[metric]
-        whole = max((s.runs - s.without_value for s in found.values()), default=0)
+        rows, found = self.common_rows, summary(self.common_rows, metric, WINDOW)
+        definition = METRICS[metric]
+        valued = {(row.controller, row.cell) for row in rows if read(row, definition, WINDOW).magnitude is not None}
+        cells = Counter(label for label, _ in valued)
+        whole = max(cells.values(), default=0)
         able = {
             label: s.mean
             for label, s in found.items()
-            if s.mean is not None and s.runs - s.without_value == whole and s.failures <= MANY_FAILURES * s.runs
+            if s.mean is not None and cells[label] == whole and s.failures <= MANY_FAILURES * s.runs
         }
         return tuple(sorted(able, key=lambda label: (able[label], label)))
 

@@ -95,7 +95,7 @@ def test_nothing_is_left_to_scripts(quick):
         assert label in text
         mean = controller["metrics"]["run.tcp_position_error_mean"]["mean"]
         assert mean is None or f"{1000 * mean:.2f}" in text
-    assert static.count('role="img"') == 6
+    assert static.count('role="img"') == 7
 
 
 def test_figures_have_a_title_and_a_description_that_exist(quick):

@@ -183,3 +183,18 @@ def test_a_saturated_row_is_flagged(shelf):
     shelf.put(run, replace(result, metrics={"run": {**result.metrics["run"], "clip_fraction": clipped}}))
     page = shelf.campaign().report()
     assert "1 run > 1 %" in page.html.replace("&gt;", ">")
+
+
+def test_who_ran_more_than_others_is_ranked_where_they_ran_too(shelf):
+    """Ten repetitions and a second material must not leave one controller alone at the top."""
+    few = {"trajectories": ("T1", "T2", "T3"), "masses": (1.5, 2.5)}
+    shelf.grid(**few)
+    shelf.grid({("cbmc_v3", "none"): 20e-3}, **few)
+    for repetition in (1, 2):
+        shelf.grid({("cbmc_v3", "none"): 20e-3}, **few, repetition=repetition)
+    shelf.grid({("cbmc_v3", "none"): 0.1e-3}, trajectories=("T1", "T2", "T3"), masses=(3.5,))
+    page = shelf.campaign().report()
+    (world,) = page.summary["worlds"]
+    ranking = world["ranking"][POSITION]
+    assert len(ranking) == 6
+    assert ranking[-1] == "cbmc_v3 / none"
