@@ -69,7 +69,7 @@ class Findings:
 
     @cached_property
     def common_rows(self) -> list[RunRow]:
-        """Runs in the cells that more than half of the controllers ran, where they can be ranked; all if there is none."""
+        """Runs in the cells that more than half of the controllers ran, where they can be ranked; all without any."""
         rows = self.world.rows
         pairs = {(row.controller, row.cell) for row in rows}
         ran = Counter(cell for _, cell in pairs)
