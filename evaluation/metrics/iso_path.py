@@ -7,34 +7,7 @@ import numpy as np
 
 from .precision import FAILED_POSITION
 from .registry import UNDEFINED, metric
-from .stations import by_station, station_crossings, station_rotations
-
-
-def mean_deviation(samples: np.ndarray) -> np.ndarray:
-    """Return the mean over the laps that crossed.
-
-    Args:
-        samples: Shape (stations, laps, d), NaN where a lap does not cross; every station is crossed.
-
-    Returns:
-        Shape (stations, d).
-    """
-    crossed = np.isfinite(samples)
-    return np.asarray(np.where(crossed, samples, 0.0).sum(axis=1) / crossed.sum(axis=1))
-
-
-def deviation_spread(samples: np.ndarray) -> np.ndarray:
-    """Return the sample standard deviation over the laps that crossed.
-
-    Args:
-        samples: Shape (stations, laps, d), NaN where a lap does not cross; at least two laps cross every station.
-
-    Returns:
-        Shape (stations, d).
-    """
-    crossed = np.isfinite(samples)
-    rest = np.where(crossed, samples - mean_deviation(samples)[:, None, :], 0.0)
-    return np.asarray(np.sqrt((rest * rest).sum(axis=1) / (crossed.sum(axis=1) - 1)))
+from .stations import crossed_by_all, station_crossings, station_rotations
 
 
 @metric(
@@ -57,15 +30,15 @@ def iso_path_accuracy(p: np.ndarray, p_ref: np.ndarray, dt: float, lap: float) -
 
     Returns:
         The distance [m]; NaN if any sample is not finite, there is no whole lap, the path is a point, or more than a
-        tenth of the stations are never crossed.
+        tenth of the stations are not crossed by every lap.
 
     Raises:
         EmptyWindow: If there is no sample.
         UnequalLengths: If the arrays hold different numbers of ticks.
     """
     found = station_crossings(p, p_ref, dt, lap)
-    offset = by_station(found.offset, 1) if found is not None else None
-    return UNDEFINED if offset is None else float(np.linalg.norm(mean_deviation(offset), axis=1).max())
+    offset = crossed_by_all(found.offset) if found is not None else None
+    return UNDEFINED if offset is None else float(np.linalg.norm(offset.mean(axis=1), axis=1).max())
 
 
 @metric(
@@ -88,18 +61,18 @@ def iso_path_repeatability(p: np.ndarray, p_ref: np.ndarray, dt: float, lap: flo
 
     Returns:
         The radius [m]; NaN if any sample is not finite, there are no two laps, the path is a point, or more than a
-        tenth of the stations are crossed by fewer than two.
+        tenth of the stations are not crossed by every lap.
 
     Raises:
         EmptyWindow: If there is no sample.
         UnequalLengths: If the arrays hold different numbers of ticks.
     """
     found = station_crossings(p, p_ref, dt, lap)
-    offset = by_station(found.offset, 2) if found is not None else None
-    if offset is None:
+    offset = crossed_by_all(found.offset) if found is not None else None
+    if offset is None or offset.shape[1] < 2:
         return UNDEFINED
-    radius = np.linalg.norm(offset - mean_deviation(offset)[:, None, :], axis=2, keepdims=True)
-    return float((mean_deviation(radius) + 3.0 * deviation_spread(radius)).max())
+    radius = np.linalg.norm(offset - offset.mean(axis=1, keepdims=True), axis=2)
+    return float((radius.mean(axis=1) + 3.0 * radius.std(axis=1, ddof=1)).max())
 
 
 @metric(
@@ -131,8 +104,8 @@ def iso_path_accuracy_orientation(
         UnequalLengths: If the arrays hold different numbers of ticks.
     """
     found = station_crossings(p, p_ref, dt, lap)
-    angles = by_station(station_rotations(found, quat, quat_ref), 1) if found is not None else None
-    return UNDEFINED if angles is None else float(np.abs(mean_deviation(angles)).max())
+    angles = crossed_by_all(station_rotations(found, quat, quat_ref)) if found is not None else None
+    return UNDEFINED if angles is None else float(np.abs(angles.mean(axis=1)).max())
 
 
 @metric(
@@ -164,5 +137,7 @@ def iso_path_repeatability_orientation(
         UnequalLengths: If the arrays hold different numbers of ticks.
     """
     found = station_crossings(p, p_ref, dt, lap)
-    angles = by_station(station_rotations(found, quat, quat_ref), 2) if found is not None else None
-    return UNDEFINED if angles is None else 3.0 * float(deviation_spread(angles).max())
+    angles = crossed_by_all(station_rotations(found, quat, quat_ref)) if found is not None else None
+    if angles is None or angles.shape[1] < 2:
+        return UNDEFINED
+    return 3.0 * float(angles.std(axis=1, ddof=1).max())

@@ -150,15 +150,14 @@ def _attitudes(quat: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.asarray((1.0 - share) * one + share * other)
 
 
-def by_station(samples: np.ndarray, least: int) -> np.ndarray | None:
-    """Return the stations that enough laps cross.
+def crossed_by_all(samples: np.ndarray) -> np.ndarray | None:
+    """Return the stations that every lap crosses: a mean over other laps at each station would compare nothing.
 
     Args:
         samples: Shape (stations, laps, d), NaN where a lap does not cross.
-        least: Fewest laps.
 
     Returns:
-        Shape (some stations, laps, d), still with NaN; None if more than a tenth of the stations are left out.
+        Shape (some stations, laps, d); None if more than a tenth of the stations are left out.
     """
-    enough = np.isfinite(samples[..., 0]).sum(axis=1) >= least
-    return samples[enough] if enough.mean() >= 1.0 - LEFT_OUT else None
+    crossed = np.isfinite(samples).all(axis=(1, 2))
+    return samples[crossed] if crossed.mean() >= 1.0 - LEFT_OUT else None

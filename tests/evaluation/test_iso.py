@@ -175,3 +175,12 @@ def test_a_corner_that_is_cut_is_not_overshot_and_a_circle_has_none():
     assert math.isnan(iso_corner_overshoot(*circle()))
     line = np.linspace(0.0, 1.0, 50)[:, None] * np.ones(3)
     assert math.isnan(iso_corner_overshoot(line, line))
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.05])
+def test_a_late_tool_is_judged_on_the_same_laps_everywhere(delay):
+    """Laps at 0 and 10 mm: 5 mm on average, also where the last lap crosses after the log's end and cannot count."""
+    tool, plan = circle(laps=2, delay=delay)
+    row = np.arange(len(tool)) - round(delay / DT)
+    tool[:, 2] += np.where(row >= TICKS, 0.010, 0.0)
+    assert iso_path_accuracy(tool, plan, DT, LAP) == pytest.approx(5e-3, abs=1e-5)
