@@ -12,7 +12,7 @@ from .mpc_horizon import Horizon
 from .mpc_kernels import planned_state, shift
 from .mpc_problem import JointProblem, PlanProblem
 from .rest import tick_at_rest
-from .settings import require_positive
+from .settings import require_positive, require_whole
 
 CHOSEN: dict[str, str] = {
     "bandwidth": "of the cost's regulator and of the inner law, the stiff value of computed torque [rad/s]",
@@ -68,7 +68,7 @@ class Mpc(Controller):
         for name in ("bandwidth", "interval", "effort_share"):
             require_positive(name, getattr(self, name))
         for name in ("solve_every", "solve_latency"):
-            _require_whole(name, getattr(self, name), least=1 if name == "solve_every" else 0)
+            require_whole(name, getattr(self, name), least=1 if name == "solve_every" else 0)
         if self.solve_latency > self.solve_every:
             came = f"{self.solve_latency} is above solve_every = {self.solve_every}"
             raise InvalidInput(came, "setting 'solve_latency'", "a plan must be ready before the next is begun")
@@ -199,11 +199,5 @@ def _whole_numbers(name: str, value: object) -> tuple[int, ...]:
         raise InvalidInput(f"{value!r} is not a list", f"setting {name!r}", "whole numbers, such as [1, 1, 2]")
     numbers = tuple(value)
     for number in numbers or (0,):
-        _require_whole(name, number, least=1)
+        require_whole(name, number, least=1)
     return numbers
-
-
-def _require_whole(name: str, value: object, *, least: int) -> None:
-    """Refuse what is no whole number of at least some value."""
-    if not isinstance(value, int) or isinstance(value, bool) or value < least:
-        raise InvalidInput(f"{value!r} is no whole number", f"setting {name!r}", f"{least}, {least + 1}, ...")

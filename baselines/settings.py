@@ -35,6 +35,22 @@ def require_not_negative(name: str, value: object) -> None:
         raise InvalidInput(f"{value!r} is not a number of at least 0", f"setting {name!r}", "expected 0 or above")
 
 
+def require_whole(name: str, value: object, *, least: int) -> None:
+    """Refuse a setting that is not a whole number of at least some value.
+
+    Args:
+        name: Name of the setting.
+        value: What the user gave.
+        least: The smallest valid value.
+
+    Raises:
+        InvalidInput: If it is anything else.
+    """
+    if not isinstance(value, int) or isinstance(value, bool) or value < least:
+        valid = f"expected {least}, {least + 1}, ..."
+        raise InvalidInput(f"{value!r} is no whole number", f"setting {name!r}", valid)
+
+
 def require_bool(name: str, value: object) -> None:
     """Refuse a setting that is neither True nor False: the text ``"false"`` would count as true.
 

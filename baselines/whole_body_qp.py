@@ -21,7 +21,7 @@ from .gains import double_integrator_gains
 from .qp_tasks import acceleration_gains, free_acceleration, limit_rows, limited_torque, task_matrices, torque_limits
 from .quadratic_program import QuadraticProgram
 from .rest import tick_at_rest
-from .settings import require_bool, require_not_negative, require_one_of, require_positive
+from .settings import require_bool, require_not_negative, require_one_of, require_positive, require_whole
 from .viability import acceleration_limits, viable_accelerations
 
 GAIN_FORMS = ("acceleration", "force")
@@ -132,10 +132,7 @@ class WholeBodyQp(Controller):
             if getattr(self, name) > 1.0:
                 raise InvalidInput(f"{getattr(self, name)!r} is above 1", f"setting {name!r}", "a share of a limit")
         for name in ("outer_iterations", "inner_iterations"):
-            if not isinstance(getattr(self, name), int):
-                raise InvalidInput(
-                    f"{getattr(self, name)!r} is no whole number", f"setting {name!r}", "expected 1, 2, ..."
-                )
+            require_whole(name, getattr(self, name), least=1)
 
     def reset(self, task: Task) -> None:
         """Take the model and the limits, and allocate for one episode."""

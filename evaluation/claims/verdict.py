@@ -1,6 +1,6 @@
 """A verdict: a claim, what was measured, one word, and why it is no higher one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ..intervals import Interval
 from .book import Claim
@@ -71,8 +71,3 @@ class Verdict:
 def verdict_of(claim: Claim, ruling: Ruling, measured: Measured) -> Verdict:
     """Return the verdict of a ruling."""
     return Verdict(claim=claim, word=ruling.word, reason=ruling.reason, measured=measured)
-
-
-def with_notes(measured: Measured, *notes: str) -> Measured:
-    """Return what was measured with further notes; empty ones are left out."""
-    return replace(measured, notes=(*measured.notes, *(note for note in notes if note)))
