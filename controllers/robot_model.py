@@ -206,16 +206,33 @@ class RobotModel:
         Returns:
             Positions in the base frame, shape (N, 3) [m], and rotations, shape (N, 3, 3).
         """
-        positions, rotations = np.empty((len(q), 3)), np.empty((len(q), 3, 3))
+        positions, rotations, _ = self.tool_motion(q, np.zeros_like(q))
+        return positions, rotations
+
+    def tool_motion(self, q: np.ndarray, dq: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the tool poses and twists along a joint path.
+
+        Args:
+            q: Joint positions, shape (N, n) [rad].
+            dq: Joint velocities, shape (N, n) [rad/s].
+
+        Returns:
+            Positions in the base frame, shape (N, 3) [m], rotations, shape (N, 3, 3), and twists in base-aligned axes
+            at the tool point, linear before angular, shape (N, 6) [m/s, rad/s].
+        """
+        positions, rotations, twists = np.empty((len(q), 3)), np.empty((len(q), 3, 3)), np.empty((len(q), 6))
         model, data, forward = self.model, self.data, pin.forwardKinematics
         tool = model.frames[self.tool_id]
-        carrier = data.oMi[tool.parentJoint]
+        carrier, motion = data.oMi[tool.parentJoint], data.v[tool.parentJoint]
         position, rotation = carrier.translation, carrier.rotation
-        for k, row in enumerate(np.ascontiguousarray(q)):
-            forward(model, data, row)
-            positions[k], rotations[k] = position, rotation
+        for k, (row, rate) in enumerate(zip(np.ascontiguousarray(q), np.ascontiguousarray(dq), strict=True)):
+            forward(model, data, row, rate)
+            positions[k], rotations[k], twists[k] = position, rotation, motion.vector
         # The tool is fixed to its joint: its placement there is applied to all rows at once.
-        return positions + rotations @ tool.placement.translation, rotations @ tool.placement.rotation
+        arm, angular = tool.placement.translation, twists[:, 3:]
+        turned = rotations @ np.stack([twists[:, :3] + np.cross(angular, arm), angular], axis=2)
+        twists = np.concatenate([turned[..., 0], turned[..., 1]], axis=1)
+        return positions + rotations @ arm, rotations @ tool.placement.rotation, twists
 
     def set_payload(self, parameters: np.ndarray) -> None:
         """Set the load beyond the gripper; for knowledge providers.

@@ -23,8 +23,10 @@ class RunLog:
         p_ref: Planned tool positions, shape (N, 3) [m].
         quat: True tool attitudes, xyzw, shape (N, 4).
         quat_ref: Planned tool attitudes, xyzw, shape (N, 4).
+        twist: True tool twists, base-aligned, linear before angular, shape (N, 6) [m/s, rad/s].
         twist_ref: Planned tool twists, base-aligned, linear before angular, shape (N, 6) [m/s, rad/s].
         wrench: True load on the flange, flange axes, shape (N, 6) [N, N m].
+        call_time: Wall time of each call of the controller, shape (N,) [s]; no part of the result.
         dt: Control period [s].
         lap: Duration of one lap [s].
         effort: Torque limits, shape (n,) [N m].
@@ -32,6 +34,7 @@ class RunLog:
         velocity: Velocity limits, shape (n,) [rad/s].
         lower: Lower position limits, shape (n,) [rad].
         upper: Upper position limits, shape (n,) [rad].
+        mass: Gripper and load together, None if they change during the run [kg].
     """
 
     t: np.ndarray
@@ -47,8 +50,10 @@ class RunLog:
     p_ref: np.ndarray
     quat: np.ndarray
     quat_ref: np.ndarray
+    twist: np.ndarray
     twist_ref: np.ndarray
     wrench: np.ndarray
+    call_time: np.ndarray
     dt: float
     lap: float
     effort: np.ndarray
@@ -56,6 +61,7 @@ class RunLog:
     velocity: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
+    mass: float | None
 
 
 def quaternions(rotations: np.ndarray) -> np.ndarray:

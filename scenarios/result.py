@@ -53,7 +53,9 @@ class Scores:
     Attributes:
         metrics: Window to metric id to value, status, unit and number of samples.
         laps: Metric id to one value per whole lap.
+        timing: Metric id to a figure about wall times; they belong to the machine, not to the result.
     """
 
     metrics: Mapping[str, Mapping[str, Mapping[str, object]]]
     laps: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    timing: Mapping[str, float] = field(default_factory=dict)

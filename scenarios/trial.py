@@ -125,6 +125,7 @@ def _trial(world: World, controller: object, outcome: Outcome, row: RunResult, k
         diagnostics=shown,
         ledger=ledger,
         counts=_counts(outcome, operations),
+        timing={**row.timing, **scores.timing},
         provenance={**row.provenance, **_provenance(world, outcome)},
         trace=_trace(log, outcome, controller, keeping),
     )

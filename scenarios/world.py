@@ -61,6 +61,7 @@ class World:
         self._place(carried[0][1])
         self.truth = PayloadTruth(parameters=self.plant.payload - self._untold)
         self.injection: np.ndarray | None = None
+        self._mass = None if schedule.events else schedule.entries[0][1].mass
         self._model = self.robot.model(rotor_inertia=self.tier.rotor_inertia)
 
     def _plant(self, bodies: tuple[Body, ...]) -> Plant:
@@ -186,7 +187,7 @@ class World:
         # Metrics read these arrays many times: packed, not as columns of wide records.
         rows, table = _packed(outcome.log), _packed(self.table[: len(outcome.log)])
         robot = self.robot
-        position, rotation = self._model.tool_path(rows["q"])
+        position, rotation, twist = self._model.tool_motion(rows["q"], rows["dq"])
         limited = bool(np.isfinite(self.tier.torque_rate).any())
         return RunLog(
             t=rows["time"],
@@ -202,8 +203,10 @@ class World:
             p_ref=table["pose"][:, :3, 3],
             quat=quaternions(rotation),
             quat_ref=quaternions(table["pose"][:, :3, :3]),
+            twist=twist,
             twist_ref=table["twist"],
             wrench=rows["wrench"],
+            call_time=rows["call_time"] * 1e-9,
             dt=self.tier.period,
             lap=self.plan.period,
             effort=robot.effort,
@@ -211,6 +214,7 @@ class World:
             velocity=robot.velocity,
             lower=robot.lower,
             upper=robot.upper,
+            mass=self._mass,
         )
 
 

@@ -30,6 +30,7 @@ from .cells import (
     worst_to_mean,
 )
 from .computing import (
+    WARM_UP,
     deadline_miss_fraction,
     tick_time_every_10,
     tick_time_every_50,
@@ -218,6 +219,7 @@ __all__ = [
     "EVENT_METRICS",
     "METRICS",
     "UNDEFINED",
+    "WARM_UP",
     "WINDOWS",
     "Censored",
     "EventTwins",

@@ -260,6 +260,20 @@ def test_a_tool_path_is_the_pose_of_every_row(arm_of, rng):
         assert np.allclose(rotations[k], pose[:3, :3], rtol=0, atol=1e-14)
 
 
+def test_a_tool_motion_is_jacobian_times_velocity_at_every_row(arm_of, rng):
+    """What velocity metrics read; independent: the record that controllers see, and the slope of the poses."""
+    arm = arm_of(6)
+    q, dq = rng.uniform(-1.0, 1.0, (2, 20, 6))
+    positions, rotations, twists = arm.tool_motion(q, dq)
+    for k in range(20):
+        assert np.allclose(twists[k], arm.at(q[k], dq[k]).jacobian @ dq[k], rtol=0, atol=1e-12)
+    step = 1e-6
+    ahead, behind = (arm.tool_path(q + sign * step * dq)[0] for sign in (1.0, -1.0))
+    assert np.allclose(twists[:, :3], (ahead - behind) / (2.0 * step), rtol=0, atol=1e-7)
+    assert np.array_equal(positions, arm.tool_path(q)[0])
+    assert np.array_equal(rotations, arm.tool_path(q)[1])
+
+
 def test_limits_come_from_the_urdf(arm_of):
     """The harness and every planner read them here."""
     arm = arm_of(6)

@@ -10,25 +10,23 @@ from torquebench.evaluation.metrics import CONSTANTS
 from torquebench.scenarios.log import RunLog
 
 LOGGED = {field.name for field in dataclasses.fields(RunLog)}
-OWN = {"twist", "mass"}
-"""Fields that only a log of one's own carries: the harness logs no tool velocity, and its load may change in a run."""
 
 
-@pytest.mark.parametrize("metric_id", [m.id for m in METRICS.values() if m.kind == "log"])
+@pytest.mark.parametrize("metric_id", [m.id for m in METRICS.values() if m.kind in ("log", "timing")])
 def test_the_harness_logs_what_a_metric_needs(metric_id):
     """A need with another name than the log's field would silently leave the metric out."""
-    assert set(METRICS[metric_id].needs) <= LOGGED | OWN
+    assert set(METRICS[metric_id].needs) <= LOGGED
 
 
 def test_what_is_constant_in_a_run_is_a_field_of_the_log():
     """A renamed limit would be cut like a series."""
-    assert CONSTANTS <= LOGGED | OWN
+    assert CONSTANTS <= LOGGED
 
 
 def test_the_harnesss_own_log_is_evaluated(arm):
     """The record itself, not a look-alike, with every metric."""
-    rest = {"ddq_ref": np.zeros((4000, 7)), "wrench": np.zeros((4000, 6))}
-    log = RunLog(**{name: field for name, field in vars(arm()).items() if name in LOGGED}, **rest)
+    rest = {"ddq_ref": np.zeros((4000, 7)), "wrench": np.zeros((4000, 6)), "call_time": np.full(4000, 1e-5)}
+    log = RunLog(**vars(arm()), **rest)
     values = evaluate(log)["run"]
     assert values.pop("iso_corner_overshoot").status == "undefined"
     assert {value.status for value in values.values()} == {"ok"}

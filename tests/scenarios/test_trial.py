@@ -22,7 +22,11 @@ class Judge:
 
     def __call__(self, log):
         self.logs.append(log)
-        return Scores(metrics={"run": {"ticks": {"value": float(len(log.t)), "status": "ok"}}}, laps={"ticks": [1.0]})
+        return Scores(
+            metrics={"run": {"ticks": {"value": float(len(log.t)), "status": "ok"}}},
+            laps={"ticks": [1.0]},
+            timing={"slow": 2.0},
+        )
 
 
 @pytest.fixture
@@ -49,6 +53,7 @@ def test_the_judge_sees_the_log_that_the_trial_keeps(tried, judge, follows):
     assert judge.logs == [trial.log]
     assert trial.result.metrics["run"]["ticks"]["value"] == len(trial.log.t) == TICKS
     assert trial.result.laps == {"ticks": [1.0]}
+    assert trial.result.timing["slow"] == 2.0 and trial.result.timing["loop_s"] > 0.0
 
 
 def test_a_refused_task_is_never_run_nor_judged(tried, judge, follows):

@@ -119,6 +119,9 @@ def test_the_run_log_holds_the_tools_true_pose_beside_the_plan(world_of, play, f
     assert (log.dt, log.lap) == (0.001, 2.0)
     assert np.array_equal(log.torque_rate, world.tier.torque_rate)
     assert np.array_equal(log.tau_lim, outcome.log["limited"])
+    assert np.array_equal(log.call_time, outcome.log["call_time"] * 1e-9)
+    for k in (0, 60, 99):
+        assert np.allclose(log.twist[k], model.at(log.q[k], log.dq[k]).jacobian @ log.dq[k], rtol=0, atol=1e-12)
 
 
 def rotation_of(xyzw):
@@ -126,6 +129,17 @@ def rotation_of(xyzw):
     from torquebench.scenarios.axes import rotation_from_quaternion
 
     return rotation_from_quaternion(np.roll(xyzw, 1))
+
+
+def test_the_log_holds_the_load_only_where_it_is_one(world_of, play, holds):
+    """Work by mass has no meaning over a change of mass."""
+    one = LoadSchedule.constant(HEAVY)
+    two = LoadSchedule(entries=((0.0, HEAVY), (0.5, Payload(mass=1.5))))
+    masses = []
+    for schedule in (one, two):
+        world = world_of(seconds=0.002, schedule=schedule)
+        masses.append(world.run_log(play(world, holds)).mass)
+    assert masses == [HEAVY.mass, None]
 
 
 def test_without_a_rate_limit_the_log_says_none(world_of, play, holds):
