@@ -35,6 +35,7 @@ def run_digest(specification: RunSpecification, plug_ins: Mapping[str, object] |
         discovery.source_digest("knowledge", specification.knowledge),
         discovery.source_digest("plants", specification.plant),
         *(discovery.source_digest("loads", material) for material in sorted(materials)),
+        *filter(None, (discovery.source_digest("metrics", name) for name in discovery.names("metrics"))),
     )
     arm = (robot.urdf, repr(robot.home.tolist()), repr(robot.rotor_inertia.tolist()), repr(dict(robot.tiers)))
     body = (repr(robot.container), repr(robot.gripper_mass))

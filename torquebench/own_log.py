@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .controllers import discovery
 from .controllers.errors import InvalidInput
-from .evaluation.metrics import METRICS, Log, Metric
+from .evaluation.metrics import Log
 from .evaluation.metrics.log import JOINTS, LIMITS, WIDTHS
 
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3} | {
@@ -57,23 +56,6 @@ def read_log(file: Path, mapping: Path) -> Log:
     scalars = {name: _number(name, described, mapping) for name in ("lap", "mass") if name in described}
     log = Log(**found, **limits, **scalars)  # type: ignore[arg-type]
     return log.resampled(_number("period", described, mapping)) if "period" in described else log
-
-
-def all_metrics() -> dict[str, Metric[...]]:
-    """Return the built-in metrics and those that plug-ins register, by id.
-
-    Raises:
-        PlugInFailure: If a plug-in cannot be imported.
-        InvalidInput: If it is no metric.
-    """
-    found = dict(METRICS)
-    for name in discovery.names("metrics"):
-        if name not in found:
-            metric = discovery.load("metrics", name)
-            if not isinstance(metric, Metric):
-                raise InvalidInput(f"{name} is {type(metric).__name__}", "metrics", "valid is a function under @metric")
-            found[name] = metric
-    return found
 
 
 def _described(mapping: Path) -> dict[str, dict[str, object]]:

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from torquebench import cli, own_log
+from torquebench import cli
 from torquebench.controllers import InvalidInput
-from torquebench.evaluation import EvaluationError, metric
-from torquebench.own_log import all_metrics, read_log
+from torquebench.evaluation import EvaluationError
+from torquebench.own_log import read_log
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 LOG, MAP = EXAMPLES / "own_log.csv", EXAMPLES / "own_log.toml"
@@ -106,21 +106,3 @@ def test_uneven_logs_are_resampled_and_quaternions_reordered(tmp_path):
     log = read_log(tmp_path / "log.csv", tmp_path / "map.toml")
     assert (len(log.t), log.t[0], log.dt) == (50, pytest.approx(-0.1), pytest.approx(0.01))
     assert log.quat == pytest.approx(np.tile([0.0, 0.0, 0.0, 1.0], (50, 1)))
-
-
-def test_metrics_of_plug_ins_are_evaluated_with_the_others(monkeypatch):
-    """An entry point is all that a metric of one's own needs; what is no metric is named."""
-
-    @metric(unit="m", better="lower", family="own", needs=("p",), source="here", label="height")
-    def height_max(p):
-        """Largest height."""
-        return float(p[:, 2].max())
-
-    names = own_log.discovery.names("metrics")
-    monkeypatch.setattr(own_log.discovery, "names", lambda kind: (*names, "height_max"))
-    monkeypatch.setattr(own_log.discovery, "load", lambda kind, name: height_max)
-    found = json.loads(call(LOG, "--map", MAP, "--json").output)["windows"]["run"]
-    assert found["height_max"]["value"] == pytest.approx(0.3)
-    monkeypatch.setattr(own_log.discovery, "load", lambda kind, name: len)
-    with pytest.raises(InvalidInput, match="height_max"):
-        all_metrics()

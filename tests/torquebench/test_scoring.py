@@ -20,6 +20,7 @@ class Log:
         self.q_ref, self.p_ref = np.zeros((TICKS, 7)), np.zeros((TICKS, 3))
         after = np.where(self.t >= 4.0, np.exp(-(self.t - 4.0) / 0.4), 0.0)
         self.q, self.p = self.q_ref.copy(), self.p_ref.copy()
+        self.call_time = np.full(TICKS, 2e-5)
         self.q[:, 0] = 0.01 + bump * after
         self.p[:, 0] = 0.001 + 0.1 * bump * after
 

@@ -22,7 +22,8 @@ def command(log: Path, mapping: Path, chosen: str, as_json: bool) -> None:
     """Compute the metrics of LOG, a CSV file with a line of column names."""
     from ..evaluation.errors import MissingFields
     from ..evaluation.metrics import evaluate, missing_fields
-    from ..own_log import all_metrics, read_log
+    from ..own_log import read_log
+    from ..plug_in_metrics import all_metrics
 
     metrics = all_metrics()
     ids = [name.strip() for name in chosen.split(",") if name.strip()] or None
