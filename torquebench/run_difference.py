@@ -5,8 +5,12 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from .evaluation.metrics import METRICS
 from .repeating import differing_fields
 from .scenarios.store import StoredRun
+
+PLACE = {name: place for place, name in enumerate(METRICS)}
+"""Where a metric stands in tables."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +40,7 @@ class RunDifference:
         addresses: Their addresses.
         specification: Field and values of what was asked for differently.
         fields: What they left behind that is not the same to the bit.
-        metrics: Every metric that moved, in the order of the rows.
+        metrics: Every metric that moved, window by window in the registry's order, those of plug-ins last.
     """
 
     addresses: tuple[str, str]
@@ -69,7 +73,7 @@ def _moved(first: StoredRun, second: StoredRun) -> Iterator[Moved]:
     one, other = first.result.metrics, second.result.metrics
     for window in dict.fromkeys((*one, *other)):
         here, there = one.get(window, {}), other.get(window, {})
-        for metric in dict.fromkeys((*here, *there)):
+        for metric in sorted({*here, *there}, key=lambda name: (PLACE.get(name, len(PLACE)), name)):
             values = [_number(entries.get(metric, {}).get("value")) for entries in (here, there)]
             if values[0] != values[1]:
                 unit = str((here.get(metric) or there[metric]).get("unit", ""))
