@@ -7,12 +7,13 @@ import numpy as np
 
 from ..controllers import Observation, Target, Task
 from .controller import CbmcV3
-from .learning import Rule
+from .learning import FeedbackError, LossWeights, Rule
 from .patterns import ARRAYS, Patterns
 from .point_payload import point_payload
 from .spinal_cord import ExactEncoder, SpinalCord, SpinalCordTable
-from .stack import FirstOrder, Mixture, Regulation, ThirdOrder
-from .stand_ins import FixedGains, FixedWeights, HeldCompensation, ModelPatterns
+from .stack import FirstOrder, Mixture, Regulation, Schedule, ThirdOrder
+from .stand_ins import FixedGains, FixedWeights, HeldCompensation, ModelPatterns, UnfilteredThalamus
+from .thalamus import ThalamusTable
 
 LIGHT, HEAVY = 0, -1
 
@@ -75,6 +76,44 @@ class NoEncoder(CbmcV3):
         spinal_cord = SpinalCord(task.robot.n, SpinalCordTable(), ExactEncoder(task.robot.n))
         spinal_cord.connect(self.up, self.down)
         return spinal_cord
+
+
+@dataclass(kw_only=True)
+class NoForce(CbmcV3):
+    """CBMC-V3 whose thalamus does not feel the load: the pathway of F_ef is cut."""
+
+    def _thalamus(self, task: Task, patterns: Patterns, rng: np.random.Generator) -> Mixture:
+        thalamus = super()._thalamus(task, patterns, rng)
+        thalamus.connect(replace(self.up, wrench=np.zeros_like(self.up.wrench)), self.down)
+        return thalamus
+
+
+@dataclass(kw_only=True)
+class NoFilter(CbmcV3):
+    """CBMC-V3 whose mixture of patterns goes down as it is; the learning rule stays that of the filtered one."""
+
+    def _thalamus(self, task: Task, patterns: Patterns, rng: np.random.Generator) -> Mixture:
+        scale, table = self.force_scale, ThalamusTable()
+        thalamus = UnfilteredThalamus(task.robot.n, patterns.count, table, rng, force_scale=scale, biases=self.biases)
+        thalamus.connect(self.up, self.down)
+        return thalamus
+
+
+@dataclass(kw_only=True)
+class OneRate(CbmcV3):
+    """CBMC-V3 whose levels all have the period of the second: no level is faster than another."""
+
+    def _schedule(self) -> Schedule:
+        second = super()._schedule().second
+        return Schedule(first=second, second=second, third=second)
+
+
+@dataclass(kw_only=True)
+class NoTorquePenalty(CbmcV3):
+    """CBMC-V3 whose brainstem does not pay for torque: the printed loss without its last term."""
+
+    def _rule(self) -> Rule | None:
+        return FeedbackError(sensitivity=self.sensitivity, loss=LossWeights(torque=0.0))
 
 
 @dataclass(kw_only=True)

@@ -156,8 +156,8 @@ class CbmcV3(Controller):
 
     def _caps(self, task: Task) -> Caps:
         """Return the guard's caps on the gains."""
-        membrane = SpinalCordTable().membrane.tau_mb
-        return gain_caps(task.robot, task.initial_q, task.actuation, period=task.period, membrane=membrane)
+        membrane, period = SpinalCordTable().membrane.tau_mb, self._schedule().first * task.period
+        return gain_caps(task.robot, task.initial_q, task.actuation, period=period, membrane=membrane)
 
     def _cerebellum(self, task: Task, patterns: Patterns) -> ThirdOrder:
         cerebellum = Cerebellum(patterns)

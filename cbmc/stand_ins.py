@@ -5,7 +5,7 @@ import numpy as np
 from ..controllers import RobotModel
 from .pathways import Ascending, Descending
 from .stack import ThirdOrder
-from .thalamus import ThalamusTable
+from .thalamus import Thalamus, ThalamusTable
 
 STANDARD_GRAVITY = 9.81
 """As the simulators have it [m/s^2]."""
@@ -87,6 +87,14 @@ class ForceMass(FixedWeights):
         light, heavy = self._loads
         share = min(1.0, max(0.0, (load - light) / (heavy - light)))
         self._down.weights[:] = (1.0 - share, share)
+
+
+class UnfilteredThalamus(Thalamus):
+    """In place of a thalamus with a filter layer: the mixture itself is the gravity torque."""
+
+    def combine(self) -> None:
+        """Set the gravity torque to the mixture."""
+        self.settle()
 
 
 class FixedGains:

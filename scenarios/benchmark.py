@@ -3,6 +3,7 @@
 import difflib
 import tomllib
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -116,7 +117,8 @@ class Benchmark(Sweep):
         latency: Ticks by which every command is late, or ``"measured"``: each by its own call.
         tare: Whether the force sensor is zeroed before every run, with the gripper alone.
         seed: Seed of the campaign.
-        run: Run tables; none means one that says nothing.
+        run: Run tables; none means one that says nothing. In a file a run table may have ``cases``, tables of the same
+            keys: each is a run table of its own, and what it leaves out its run table says.
     """
 
     name: str
@@ -207,6 +209,8 @@ def load_benchmark(
         table, where = tomllib.loads(text), f"benchmark {name!r}"
     else:
         raise UnknownName("benchmark", name, benchmark_names())
+    if "run" in table:
+        table["run"] = _spread_cases(table["run"], where)
     for key, value in (overrides or {}).items():
         _replace(table, key, value)
     for change in changes:
@@ -217,6 +221,27 @@ def load_benchmark(
             _replace(table, key, value)
         where = f"{where} with --set {change}"
     return validate(Benchmark, table, where=where)
+
+
+def _spread_cases(runs: object, where: str) -> object:
+    """Return a run table for each case of a run table: what a case leaves out, its run table says.
+
+    Raises:
+        InvalidInput: If cases are no list of tables.
+    """
+    if not isinstance(runs, list) or not all(isinstance(run, dict) for run in runs):
+        return runs
+    found = []
+    for index, run in enumerate(runs):
+        shared = {key: value for key, value in run.items() if key != "cases"}
+        cases = run.get("cases", [{}])
+        if not isinstance(cases, list) or not cases or not all(isinstance(case, dict) for case in cases):
+            raise InvalidInput("cases are no list of tables", f"{where}, run {index + 1}", "write [[run.cases]]")
+        for case in cases:
+            loaded = "loads" in case or "schedule" in case
+            kept = {key: value for key, value in shared.items() if not loaded or key not in ("loads", "schedule")}
+            found.append(deepcopy(kept | case))
+    return found
 
 
 def _replace(table: dict[str, Any], key: str, value: object) -> None:

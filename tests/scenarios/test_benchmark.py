@@ -181,6 +181,29 @@ def test_chosen_controllers_run_where_the_file_has_them_and_others_as_its_last_t
     assert starts("compliant", "computed_torque_pid") == {("compliant", 0.0), ("computed_torque_pid", 1.0)}
 
 
+def test_a_case_says_what_its_run_table_does_not(written):
+    """One table with cases is as many tables, and a change of one case's settings is no change of another's."""
+    shared = "[[run]]\nlaps = 2\nlead_in = 0\n"
+    cases = [
+        "repetitions = 2\nsettings.computed_torque = { bandwidth = 25.0 }\n",
+        "laps = 3\nloads = [{ mass = 1.5 }]\n",
+    ]
+    together = SMALL + shared + "".join(f"[[run.cases]]\n{case}" for case in cases)
+    apart = SMALL + shared + cases[0] + shared.replace("laps = 2\n", "") + cases[1]
+    for changes in ((), ("settings.computed_torque.bandwidth=15",), ("repetitions=1",)):
+        runs = [expand(load_benchmark(written(text), changes=changes)).specifications for text in (together, apart)]
+        assert runs[0] == runs[1] and len(runs[0]) > 8
+
+
+def test_loads_of_a_case_stand_in_for_the_events_of_its_run_table(written):
+    """Constant loads and a history exclude each other, so the nearer one counts."""
+    history = "[[run]]\nschedule = [{ at = 0, mass = 1.5 }, { at = 1, mass = 3.5, material = 'sand' }]\n"
+    runs = expand(
+        load_benchmark(written(SMALL + history + "cases = [{}, { loads = [{ mass = 1.5 }] }]\n"))
+    ).specifications
+    assert {len(run.schedule.entries) for run in runs} == {1, 2}
+
+
 def test_the_empty_container_has_one_spelling(written):
     """1.5 kg of sand is 1.5 kg without a material: the paper's grid has one such cell, not two."""
     text = SMALL.replace("{ mass = 1.5 }", "{ mass = 1.5 }, { mass = 1.5, material = 'sand' }")
@@ -225,6 +248,8 @@ def test_a_missing_reference_is_replaced_and_noted(written):
         ("laps = 1", 'laps = 1\nprotocol = "carried"', "has no carry_over"),
         ("schema = 1", "schema = 2", "schema = 2"),
         ("laps = 1", "laps = 1 1", "malformed TOML"),
+        ('plant = "pinocchio"', "[[run]]\ncases = 3", "cases are no list of tables"),
+        ('plant = "pinocchio"', "[[run]]\n[[run.cases]]\nlap = 3", "did you mean 'laps'"),
     ],
 )
 def test_wrong_input_is_one_line_that_names_what_came_and_what_is_valid(written, old, new, says):
