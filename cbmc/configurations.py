@@ -12,8 +12,8 @@ from .patterns import ARRAYS, Patterns
 from .point_payload import point_payload
 from .spinal_cord import ExactEncoder, SpinalCord, SpinalCordTable
 from .stack import FirstOrder, Mixture, Regulation, Schedule, ThirdOrder
-from .stand_ins import FixedGains, FixedWeights, HeldCompensation, ModelPatterns, UnfilteredThalamus
-from .thalamus import ThalamusTable
+from .stand_ins import FixedGains, FixedWeights, HeldCompensation, ModelPatterns, NumbThalamus, UnfilteredThalamus
+from .thalamus import Thalamus
 
 LIGHT, HEAVY = 0, -1
 
@@ -82,21 +82,14 @@ class NoEncoder(CbmcV3):
 class NoForce(CbmcV3):
     """CBMC-V3 whose thalamus does not feel the load: the pathway of F_ef is cut."""
 
-    def _thalamus(self, task: Task, patterns: Patterns, rng: np.random.Generator) -> Mixture:
-        thalamus = super()._thalamus(task, patterns, rng)
-        thalamus.connect(replace(self.up, wrench=np.zeros_like(self.up.wrench)), self.down)
-        return thalamus
+    thalamus: ClassVar[type[Thalamus]] = NumbThalamus
 
 
 @dataclass(kw_only=True)
 class NoFilter(CbmcV3):
     """CBMC-V3 whose mixture of patterns goes down as it is; the learning rule stays that of the filtered one."""
 
-    def _thalamus(self, task: Task, patterns: Patterns, rng: np.random.Generator) -> Mixture:
-        scale, table = self.force_scale, ThalamusTable()
-        thalamus = UnfilteredThalamus(task.robot.n, patterns.count, table, rng, force_scale=scale, biases=self.biases)
-        thalamus.connect(self.up, self.down)
-        return thalamus
+    thalamus: ClassVar[type[Thalamus]] = UnfilteredThalamus
 
 
 @dataclass(kw_only=True)

@@ -47,6 +47,7 @@ class CbmcV3(Controller):
     """
 
     uses_model: ClassVar[bool] = False
+    thalamus: ClassVar[type[Thalamus]] = Thalamus
 
     start: str = "warm"
     sensitivity: float = 0.2
@@ -166,7 +167,7 @@ class CbmcV3(Controller):
 
     def _thalamus(self, task: Task, patterns: Patterns, rng: np.random.Generator) -> Mixture:
         scale, table = self.force_scale, ThalamusTable()
-        thalamus = Thalamus(task.robot.n, patterns.count, table, rng, force_scale=scale, biases=self.biases)
+        thalamus = self.thalamus(task.robot.n, patterns.count, table, rng, force_scale=scale, biases=self.biases)
         thalamus.connect(self.up, self.down)
         return thalamus
 

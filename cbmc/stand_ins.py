@@ -1,5 +1,7 @@
 """What stands in for a module: fixed answers for ablations, plain arithmetic for null controls."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..controllers import RobotModel
@@ -87,6 +89,14 @@ class ForceMass(FixedWeights):
         light, heavy = self._loads
         share = min(1.0, max(0.0, (load - light) / (heavy - light)))
         self._down.weights[:] = (1.0 - share, share)
+
+
+class NumbThalamus(Thalamus):
+    """In place of a thalamus that feels the load: its input is zero for ever."""
+
+    def connect(self, ascending: Ascending, descending: Descending) -> None:
+        """Join the pathways, all but that of the wrench."""
+        super().connect(replace(ascending, wrench=np.zeros_like(ascending.wrench)), descending)
 
 
 class UnfilteredThalamus(Thalamus):

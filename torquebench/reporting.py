@@ -5,6 +5,7 @@ from pathlib import Path
 
 from .controllers import InvalidInput, TorquebenchError
 from .evaluation.report import write_report
+from .gravity_errors import gravity_errors_of
 from .operation_costs import costs_of
 from .scenarios.robots import load_robot, skeleton
 
@@ -19,7 +20,12 @@ def report(folder: Path) -> Path:
         InvalidInput: If it holds no run store, or the report cannot be written; an old report is kept then.
     """
     try:
-        return write_report(folder, costs_of=lambda run: costs_of(run.specification), skeleton_of=skeleton_of).index
+        return write_report(
+            folder,
+            costs_of=lambda run: costs_of(run.specification),
+            gravity_of=lambda run: gravity_errors_of(run.specification),
+            skeleton_of=skeleton_of,
+        ).index
     except OSError as cause:
         raise InvalidInput(
             f"the report cannot be written ({cause})", str(folder), "runs and old report are kept"

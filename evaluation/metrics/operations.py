@@ -4,38 +4,35 @@ import numpy as np
 
 from .registry import metric
 
-MULTIPLY, ADD = 3.7e-12, 0.9e-12
-"""Energy of a float32 operation in 45 nm at 0.9 V [J], after Horowitz, ISSCC 2014; measured on no machine of ours."""
-
-MICRO = 1e6
+PICOJOULES_TO_MICROJOULES = 1e-6
 
 
 @metric(
     unit="uW",
     better="lower",
     family="operations",
-    needs=("multiplications", "additions"),
-    source="3.7 pJ a multiplication, 0.9 pJ an addition (45 nm, float32; Horowitz, ISSCC 2014)",
+    needs=("operations", "picojoules"),
+    source="counts times prices of single operations, for example 3.7 pJ a multiplication (Horowitz, ISSCC 2014)",
     label="estimated power of the arithmetic (no measurement)",
     kind="table",
 )
-def op_energy_estimate(multiplications: float, additions: float) -> float:
-    """Estimated power of the arithmetic alone; never without the counts that it is made of.
+def op_energy_estimate(operations: np.ndarray, picojoules: np.ndarray) -> float:
+    """Estimated power of the arithmetic alone, learning included; never without the counts that it is made of.
 
-    A multiply-accumulate counts as one of each, an accumulate (a weight added on a spike) as an addition. Memory
-    traffic, which dominates in networks whose weights fit into no cache, is not in it.
+    Memory traffic, which dominates in networks whose weights fit into no cache, is not in it. The prices that reports
+    use are those of :func:`~torquebench.evaluation.energy.energy_table`.
 
     Args:
-        multiplications: Multiplications in each second of simulated time [1/s].
-        additions: Additions in each second of simulated time [1/s].
+        operations: Operations of each kind in a second of simulated time, shape (K,) [1/s].
+        picojoules: Energy of one operation of each kind, shape (K,) [pJ].
 
     Returns:
-        The estimate [uW]; NaN if a count is not finite.
+        The estimate [uW]; NaN if a count or a price is not finite.
 
     Raises:
-        EmptyWindow: If arrays came and they are empty.
+        EmptyWindow: If there is no kind of operation.
     """
-    return float(MICRO * (MULTIPLY * multiplications + ADD * additions))
+    return float(PICOJOULES_TO_MICROJOULES * np.dot(operations, picojoules))
 
 
 @metric(

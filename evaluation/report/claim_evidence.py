@@ -11,6 +11,8 @@ from ...scenarios.store import Store
 from ..claims import Book, Evidence, RunSet
 from ..metrics import METRICS, gain_correlation_by_joint
 from ..rows import RunRow
+from .efficiency import computing_of
+from .gravity import GRAVITY, GravityErrors
 from .modules import figure_of
 from .panels import Panels
 from .resilience import REPEATED, Resilience, events_of
@@ -22,6 +24,8 @@ ROBOT = "rizon4s"
 MEAN_CURVE = "mean curve"
 """What stands for a trajectory where a figure comes from the mean over trajectories."""
 RUN = "run"
+HELD_OUT = "gravity_heldout"
+"""The set of motions on which patterns are judged, which no benchmark runs."""
 
 
 def evidence_of(worlds: Sequence[World], panels: Sequence[Panels], store: Store, book: Book) -> dict[str, Evidence]:
@@ -42,6 +46,10 @@ def evidence_of(worlds: Sequence[World], panels: Sequence[Panels], store: Store,
         if fitting:
             world, panel = fitting[0]
             found[runs.id] = _evidence(world, panel, store if runs.id in gains else None, runs)
+    known = [panel.modules.known for panel in panels if panel.modules is not None and panel.modules.known]
+    if known:
+        runs = next(runs for runs in book.set if runs.id == HELD_OUT)
+        found[HELD_OUT] = Evidence(runs=runs, rows=_of_gravity(known[0], runs))
     return found
 
 
@@ -69,7 +77,7 @@ def _evidence(world: World, panels: Panels, store: Store | None, runs: RunSet) -
     changes = _repeated(world)
     rows, gains = [], dict[str, list[tuple[np.ndarray, np.ndarray, int]]]()
     for run in members:
-        figures = {**_of_run(run), **_rate(run, changes)}
+        figures = {**_of_run(run), **_rate(run, changes), **_of_arithmetic(run, panels)}
         curves = read_curves(store, run) if store is not None else None
         if curves is not None and {"stiffness", "damping"} <= set(curves.shown):
             stiffness, damping, lap = _gains(curves, int(world.facts["Laps"]))
@@ -90,6 +98,34 @@ def _of_run(run: Run) -> dict[str, float]:
     if isinstance(slow, int | float):
         found["tick_time_p99"] = 1e-6 * float(slow)
     return found
+
+
+def _of_arithmetic(run: Run, panels: Panels) -> dict[str, float]:
+    """Return what a run's arithmetic is estimated to cost, where its controller was counted."""
+    counted = {} if panels.efficiency is None else panels.efficiency.efficiency.found
+    if run.row.controller not in counted or run.row.status != "ok":
+        return {}
+    computing = computing_of([run], counted[run.row.controller].costs)
+    return {} if computing is None else {"op_energy_estimate": computing.estimate.arithmetic}
+
+
+def _of_gravity(known: GravityErrors, runs: RunSet) -> list[RunRow]:
+    """Return a row for each motion of the set and each pattern, in place of a run."""
+    return [
+        RunRow(
+            controller=known.controller,
+            trajectory=motion,
+            group="",
+            mass=load,
+            material="",
+            repetition=0,
+            status="ok",
+            metrics={RUN: {GRAVITY: {"value": error, "status": "ok"}}},
+        )
+        for motion, errors in known.errors.items()
+        if motion in runs.trajectories
+        for load, error in errors.items()
+    ]
 
 
 def _repeated(world: World) -> list[str]:

@@ -67,7 +67,8 @@ def efficiency_of(findings: Findings, costs_of: CostsOf) -> Efficiency | None:
     for label in findings.order:
         runs = [run for run in findings.runs_of(label) if run.row.status == "ok"]
         if runs:
-            computing = _computing(runs, costs_of(runs[0].stored))
+            costs = costs_of(runs[0].stored)
+            computing = None if costs is None else computing_of(runs, costs)
             if computing is None:
                 uncounted.append(label)
             else:
@@ -106,10 +107,15 @@ def front(points: Mapping[str, tuple[float, float]], group: Mapping[str, str]) -
     )
 
 
-def _computing(runs: Sequence[Run], costs: OperationCosts | None) -> Computing | None:
-    """Return what runs of one controller computed, None if nobody has counted it or no run noted its time."""
+def computing_of(runs: Sequence[Run], costs: OperationCosts) -> Computing | None:
+    """Return what runs of one controller computed, None if no run noted its time.
+
+    Args:
+        runs: The runs.
+        costs: What the controller computes, by event.
+    """
     seconds = sum(_seconds(run) for run in runs)
-    if costs is None or seconds <= 0.0:
+    if seconds <= 0.0:
         return None
     events: dict[str, float] = {}
     for run in runs:

@@ -34,7 +34,7 @@ def panel_figures(panels: Panels) -> dict[str, object]:
             "not_judged": len(resilience.unjudged),
         }
     if panels.modules is not None:
-        modules = panels.modules.modules
+        modules, known = panels.modules.modules, panels.modules.known
         found["modules"] = {
             "joint_error_by_load": {label: _by_load(errors) for label, errors in modules.errors.items()},
             "heavy_weight_by_load": _by_load(modules.weights),
@@ -45,6 +45,7 @@ def panel_figures(panels: Panels) -> dict[str, object]:
             },
             "spike_rate": {label: _spreads(layers) for label, layers in modules.spikes.items()},
             "operations_per_s": {label: _spreads(counts) for label, counts in modules.operations.items()},
+            "gravity_torque_nrmse": {} if known is None else {known.controller: known.errors},
         }
     if panels.robustness is not None:
         robustness = panels.robustness.robustness

@@ -9,6 +9,7 @@ from .charts import Chart
 from .efficiency import CostsOf, no_costs
 from .efficiency_panel import EfficiencyPanel, efficiency_panel
 from .findings import Findings
+from .gravity import GRAVITY, GravityErrors, GravityOf, gravity_errors, gravity_table, no_gravity
 from .lap_figures import lap_charts
 from .module_figures import gain_charts, load_charts
 from .module_tables import correlation_table, module_operation_table, operation_table, spike_table
@@ -58,6 +59,8 @@ class ModulesPanel:
         spikes: Table of spike rates.
         operations: Tables of operations, of all controllers and module by module.
         slope: Sentence about the weight by load, empty without one.
+        known: How well the patterns know gravity, None if nobody knows.
+        gravity: Tables of it, none or one.
     """
 
     modules: Modules
@@ -66,6 +69,8 @@ class ModulesPanel:
     spikes: Table
     operations: Sequence[Table]
     slope: str
+    known: GravityErrors | None
+    gravity: Sequence[Table]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,6 +122,7 @@ class Panels:
         shown: set[str] = set()
         if self.modules is not None:
             shown |= {"thalamus_weight_slope", "gain_correlation", "gain_variation", "spike_rate"}
+            shown |= {GRAVITY} if self.modules.known else set()
         if self.resilience is not None:
             shown |= {*SERIES, *EVENT_METRICS}
             shown |= {"improvement_rate"} if self.resilience.rates.rows else set()
@@ -137,17 +143,20 @@ class Panels:
         return found
 
 
-def panels_of(findings: Findings, store: Store, costs_of: CostsOf = no_costs) -> Panels:
+def panels_of(
+    findings: Findings, store: Store, costs_of: CostsOf = no_costs, gravity_of: GravityOf = no_gravity
+) -> Panels:
     """Return what a world's section has besides the comparison.
 
     Args:
         findings: The world's findings.
         store: The open store that it comes from.
         costs_of: Knows what controllers compute.
+        gravity_of: Knows how well their patterns know gravity.
     """
     return Panels(
         resilience=_resilience(findings, store),
-        modules=_modules(findings, store),
+        modules=_modules(findings, store, gravity_of),
         robustness=_robustness(findings),
         laps=lap_charts(findings),
         profiles=profile_charts(findings),
@@ -206,10 +215,11 @@ def _robustness(findings: Findings) -> RobustnessPanel | None:
     )
 
 
-def _modules(findings: Findings, store: Store) -> ModulesPanel | None:
+def _modules(findings: Findings, store: Store, gravity_of: GravityOf) -> ModulesPanel | None:
     found = modules_of(findings.world, store)
     if found is None:
         return None
+    known = gravity_errors(findings.world, gravity_of)
     named = {run.row.controller: run.stored.specification.controller for run in findings.world.runs}
     labels = [label for label in findings.order if label in found.gains]
     drawn = [label for label in labels if named[label] == "cbmc_v3"] or labels[:1]
@@ -230,6 +240,8 @@ def _modules(findings: Findings, store: Store) -> ModulesPanel | None:
         spikes=spike_table(findings, found),
         operations=[table for table in (counted, *single) if table.rows],
         slope=_slope(found),
+        known=known,
+        gravity=[gravity_table(findings.world, known)] if known else [],
     )
 
 

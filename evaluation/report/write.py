@@ -14,6 +14,7 @@ from .claims import claims_of
 from .efficiency import CostsOf, no_costs
 from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
 from .findings import find_all
+from .gravity import GravityOf, no_gravity
 from .page import render
 from .panels import panels_of
 from .run_files import all_runs, file_name, robot_key, run_script
@@ -65,6 +66,7 @@ def write_report(
     out: Path | None = None,
     *,
     costs_of: CostsOf = no_costs,
+    gravity_of: GravityOf = no_gravity,
     skeleton_of: SkeletonOf = no_skeleton,
 ) -> ReportFiles:
     """Write the report of a run store; the same store gives the same bytes.
@@ -76,6 +78,7 @@ def write_report(
         store_folder: Folder of the store.
         out: Folder of the report; ``report`` within the store if None.
         costs_of: Knows what controllers compute; asked once for each.
+        gravity_of: Knows how well the patterns of spiking controllers know gravity; asked once for each world.
         skeleton_of: Knows the arms that the replay draws.
 
     Returns:
@@ -87,7 +90,7 @@ def write_report(
     with Store.read(Path(store_folder)) as store:
         stored, campaigns = store.runs(), store.campaigns()
         findings = find_all(worlds_of(stored, campaigns))
-        panels = [panels_of(found, store, costs_of) for found in findings]
+        panels = [panels_of(found, store, costs_of, gravity_of) for found in findings]
         claims = claims_of(findings, panels, store)
         runs = all_runs([found.world for found in findings])
         page, figures, tables = render(findings, panels, campaigns, claims, _robots(runs, skeleton_of))

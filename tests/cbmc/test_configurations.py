@@ -102,6 +102,52 @@ def test_gains_that_must_not_change_do_not(name):
     assert controller.down.damping.tolist() == [20.0] * 7
 
 
+def test_a_cut_pathway_brings_no_force():
+    """Whatever hangs on the flange, the weights of a fresh network are those of a zero wrench."""
+    for name, feels in (("cbmc_v3", True), ("no_force", False)):
+        weights = []
+        for force in (0.0, 35.0):
+            controller = built(discovery.load("controllers", name))
+            controller.up.wrench[2] = force
+            controller.stack.thalamus.weigh()
+            weights.append(controller.down.weights.copy())
+        assert np.array_equal(*weights) is not feels
+
+
+def test_without_its_filter_the_mixture_goes_down_at_once():
+    """Five calls of the filter layer are what it takes otherwise to come near."""
+    for name, at_once in (("cbmc_v3", False), ("no_filter", True)):
+        controller = built(discovery.load("controllers", name))
+        down = controller.down
+        down.compensation[:], down.weights[:] = 7.0, 0.5
+        controller.stack.thalamus.combine()
+        assert np.allclose(down.gravity_torque, 7.0) is at_once
+
+
+def test_at_one_rate_every_level_answers_every_ten_ticks_and_the_guard_knows():
+    """A loop of a tenth of the rate is stable up to a lower damping only."""
+    one, three = (built(discovery.load("controllers", name)) for name in ("one_rate", "cbmc_v3"))
+    torques = []
+    one.up.q_desired[:] = 0.1
+    for _ in range(30):
+        one.stack.tick()
+        torques.append(one.down.torque.copy())
+    changes = [k + 1 for k in range(1, 30) if not np.array_equal(torques[k], torques[k - 1])]
+    assert changes == [10, 20, 30]
+    assert (one.caps.limit < 0.5 * three.caps.limit).all()
+
+
+def test_the_torque_penalty_is_the_only_thing_that_its_absence_changes():
+    """Without error the loss's other terms say nothing: only the penalty moves a gain."""
+    for name, pays in (("cbmc_v3", True), ("no_torque_penalty", False)):
+        controller = built(discovery.load("controllers", name))
+        controller.down.torque[:] = 10.0
+        controller.stack.spinal_cord.encoded_position[:] = 0.01
+        controller.stack._rule.evaluate()
+        assert bool(controller.stack.gradients.gains.any()) is pays
+        assert not controller.stack.gradients.weights.any()
+
+
 def test_the_held_cerebellum_answers_once():
     """Whatever the arm does later, its torque is that of the start."""
     controller = built(discovery.load("controllers", "fixed_cerebellum_torque"))

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from torquebench.evaluation import METRICS
+from torquebench.evaluation.energy import energy_table, estimate
 from torquebench.evaluation.metrics import (
     deadline_miss_fraction,
     evaluate,
@@ -66,9 +67,20 @@ def test_wall_times_are_never_among_the_metrics_of_a_log(arm):
 
 def test_the_estimate_is_the_sum_of_counts_by_energies():
     """974 operations of computed torque at 1 kHz, 516 of them multiplications: about 2.3 uW."""
-    assert op_energy_estimate(1e6, 0.0) == pytest.approx(3.7)
-    assert op_energy_estimate(0.0, 1e6) == pytest.approx(0.9)
-    assert op_energy_estimate(0.53e6, 0.44e6) == pytest.approx(2.36, abs=0.01)
+    prices = np.array([3.7, 0.9])
+    assert op_energy_estimate(np.array([1e6, 0.0]), prices) == pytest.approx(3.7)
+    assert op_energy_estimate(np.array([0.0, 1e6]), prices) == pytest.approx(0.9)
+    assert op_energy_estimate(np.array([0.53e6, 0.44e6]), prices) == pytest.approx(2.36, abs=0.01)
+
+
+def test_the_metric_and_the_report_s_estimate_are_one_figure():
+    """Two definitions of one name would drift apart."""
+    prices = energy_table().operations
+    counts = {name: float(place) for place, name in enumerate(prices, start=1)}
+    metric = op_energy_estimate(
+        np.array(list(counts.values())), np.array([price.picojoules for price in prices.values()])
+    )
+    assert estimate(counts, touched=0.0, kept=1.0).arithmetic == pytest.approx(metric, rel=1e-12)
 
 
 def test_iterations_of_a_solver_have_a_median_and_a_tail():

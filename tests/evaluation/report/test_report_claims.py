@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from torquebench.controllers.operations import OperationCosts, OperationCounts
+from torquebench.evaluation.report import write_report
 
 STAND_IN = "against our approximation of the factory controller"
 SCALES = {("flexiv_factory", "none"): 17.2e-3, ("cbmc_v3", "none"): 12.0e-3}
@@ -31,7 +33,7 @@ def test_what_ran_is_judged_and_what_did_not_is_open(precise):
     assert found["C3"]["interval"][0] < found["C3"]["measured"] < found["C3"]["interval"][1] < 1.0
     assert (found["C3"]["n"], found["C3"]["of"]) == (8, "trajectories")
     assert "water" in found["C5"]["reason"] and found["C5"]["measured"] is None
-    assert "paper-resilience runs it" in found["C35"]["reason"]
+    assert "paper and paper-resilience run it" in found["C35"]["reason"]
     assert found["C54"]["verdict"] == "cannot be tested here"
     assert found["C49"]["measured"] == pytest.approx(31.0e-6)
 
@@ -111,3 +113,37 @@ def test_a_rate_of_improvement_comes_from_the_first_repeated_change(shelf):
     found = claims_by_id(shelf.report())["C41"]
     assert found["measured"] == pytest.approx(np.log(0.9))
     assert found["unit"] == "per event"
+
+
+def test_patterns_are_judged_on_the_motions_that_training_did_not_see(shelf):
+    """A pattern that fails beside the training circles is not one that knows gravity; the circles do not count."""
+    run = shelf.specification("cbmc_v3", "none", "S1", tier="ideal", laps=4)
+    weights = {"weights": {"run_mean": [0.5, 0.5], "last_lap_mean": [0.5, 0.5]}}
+    shelf.put(run, replace(shelf.result(run, 0.01, ""), diagnostics=weights))
+    shelf.store.close()
+    for error, verdict in ((0.03, "reproduced"), (0.3, "not reproduced")):
+        known = {"S1": {0.0: 5.0, 3.0: 5.0}, **{f"T{i}": {0.0: error, 3.0: error} for i in range(1, 9)}}
+        files = write_report(shelf.folder, gravity_of=lambda run, known=known: known)
+        summary = json.loads(files.summary.read_text(encoding="utf-8"))
+        found = next(claim for claim in summary["claims"] if claim["id"] == "C33")
+        assert (found["verdict"], found["measured"]) == (verdict, pytest.approx(error))
+        assert "of the gravity torque of its load" in files.index.read_text(encoding="utf-8")
+
+
+def test_energy_is_judged_by_each_run_s_own_counts(shelf):
+    """What a spiking controller computes depends on its spikes; a law that computes half is cheaper in every cell."""
+    prices = {"cbmc_v3": 100.0, "computed_torque": 50.0, "computed_torque_pid": 50.0, "flexiv_factory": 50.0}
+    shelf.grid({(name, "none"): 0.01 for name in prices}, masses=(1.5, 2.5))
+    shelf.store.close()
+
+    def counted(run):
+        multiplications = prices[run.specification.controller]
+        return OperationCosts(
+            by_event={"ticks": OperationCounts(multiplications=multiplications)}, parameters=1, state=1, how="by hand"
+        )
+
+    files = write_report(shelf.folder, costs_of=counted)
+    summary = json.loads(files.summary.read_text(encoding="utf-8"))
+    found = next(claim for claim in summary["claims"] if claim["id"] == "C50")
+    assert found["measured"] == pytest.approx(2.0)
+    assert found["verdict"] == "opposite"
