@@ -13,6 +13,7 @@ from . import (
     drawing,
     draws,
     fairness,
+    feature_tables,
     headline,
     material_tables,
     motion_set_tables,
@@ -57,6 +58,7 @@ class Section:
         materials: Tables of what one content changes against another.
         shape: Table of shape ranges.
         laps: Tables of errors by lap.
+        features: Tables of lag, ISO-style criteria, velocity, smoothness, and metrics of plug-ins.
         motion_sets: Tables of old and new motions apart; empty unless both ran.
         failed: Table of failed and refused runs.
         knowledge: Table of knowledge levels.
@@ -85,6 +87,7 @@ class Section:
     materials: Sequence[Table]
     shape: Table
     laps: Sequence[Table]
+    features: Sequence[Table]
     motion_sets: Sequence[Table]
     failed: Table
     knowledge: Table
@@ -126,6 +129,7 @@ def render(
         for found, extra in zip(findings, panels, strict=True)
     ]
     shown = [extra.metrics for extra in panels] + ([claims.metrics] if claims else [])
+    shown += [feature_tables.shown_metrics(found) for found in findings]
     definitions = records.definition_table(dict.fromkeys(name for names in shown for name in names))
     recorded = [_campaign(number, record) for number, record in enumerate(campaigns, start=1)]
     order = sensitivity.table if sensitivity else None
@@ -211,6 +215,7 @@ def _section(found: Findings, panels: Panels, title: str) -> Section:
         materials=material_tables.material_tables(found),
         shape=split_tables.shape_table(found),
         laps=laps,
+        features=feature_tables.feature_tables(found),
         motion_sets=[motion_set_tables.motion_set_table(found, metric) for metric in HEADLINES if found.by_set],
         failed=run_tables.failure_table(found),
         knowledge=fairness.knowledge_table(found),
