@@ -128,12 +128,13 @@ def decide(comparison: Comparison) -> Verdict:
 
     Returns:
         ``better`` or ``worse`` than the reference; ``not enough to decide`` if the interval over trajectories contains
-        1, there are too few of them for any p value below 5 % in the family, the two averages disagree in sign, or the
-        metric has no better direction.
+        1, there are too few of them for any p value below 5 % in the family, Holm's correction takes the p value above
+        it, the two averages disagree in sign, or the metric has no better direction.
     """
     interval = comparison.interval_new_motions
     undecided = interval is None or interval.contains(1.0) or _too_few(comparison) or _averages_disagree(comparison)
-    if undecided or comparison.better == "none":
+    corrected = interval is not None and comparison.p_holm is not None and comparison.p_holm > 1.0 - interval.level
+    if undecided or corrected or comparison.better == "none":
         return "not enough to decide"
     return "better" if (comparison.gmr < 1.0) == (comparison.better == "lower") else "worse"
 

@@ -138,7 +138,7 @@ class Findings:
     @staticmethod
     def verdict_alone(comparison: Comparison) -> str:
         """Return the word for a comparison on its own, as if it had been the only one asked for."""
-        return decide(replace(comparison, family=1))
+        return decide(replace(comparison, family=1, p_holm=None))
 
     def runs_anchor(self, label: str) -> str:
         """Return the fragment of a controller's table of runs."""

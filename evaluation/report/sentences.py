@@ -152,8 +152,8 @@ def _family(lead: Lead) -> list[str]:
         return []
     corrected = "" if family.p_holm is None else f" (corrected p = {p_value(family.p_holm)})"
     return [
-        f"Exploratory: {family.n_trajectories} trajectories are not enough to decide all {family.family} comparisons "
-        f"with the reference at once{corrected}."
+        f"Exploratory: on {family.n_trajectories} trajectories there is not enough to decide it as one of "
+        f"{family.family} comparisons with the reference{corrected}."
     ]
 
 

@@ -255,6 +255,12 @@ def test_a_large_family_needs_more_trajectories(decided):
     assert decide(replace(decided, family=7)) == "not enough to decide"
 
 
+def test_what_holm_takes_back_is_undecided_in_its_family(decided):
+    """An interval knows nothing of the other opponents; the corrected p value does."""
+    assert decide(replace(decided, family=3, p_holm=0.05)) == "better"
+    assert decide(replace(decided, family=3, p_holm=0.051)) == "not enough to decide"
+
+
 def test_a_family_is_corrected_by_holm(grid):
     """All opponents of one reference on one metric; the better one is still found."""
     rows = grid.of("a", better).of("b", plain).of("c", noisy(plain, 0.3)).rows
