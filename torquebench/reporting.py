@@ -3,11 +3,13 @@
 from dataclasses import asdict
 from pathlib import Path
 
-from .controllers import InvalidInput, TorquebenchError
+from .controllers import Finding, InvalidInput, TorquebenchError
 from .evaluation.report import write_report
 from .gravity_errors import gravity_errors_of
 from .operation_costs import costs_of
+from .scenarios.conformance import check
 from .scenarios.robots import load_robot, skeleton
+from .scenarios.specification import RunSpecification
 
 
 def report(folder: Path) -> Path:
@@ -24,12 +26,25 @@ def report(folder: Path) -> Path:
             folder,
             costs_of=lambda run: costs_of(run.specification),
             gravity_of=lambda run: gravity_errors_of(run.specification),
+            conformance_of=lambda run: conformance_of(run.specification),
             skeleton_of=skeleton_of,
         ).index
     except OSError as cause:
         raise InvalidInput(
             f"the report cannot be written ({cause})", str(folder), "runs and old report are kept"
         ) from cause
+
+
+def conformance_of(specification: RunSpecification) -> list[Finding]:
+    """Return the outcome of every check of a run's controller; none if it is no longer where the run found it.
+
+    Args:
+        specification: The run.
+    """
+    try:
+        return check(specification.controller, specification.settings)
+    except TorquebenchError:
+        return []
 
 
 def skeleton_of(robot: str, tool: str) -> dict[str, object] | None:

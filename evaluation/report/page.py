@@ -26,6 +26,7 @@ from .charts import Chart
 from .claims import ClaimsPanel
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import COMPARED, HEADLINES, Findings
+from .limitations import limitations
 from .panels import Panels
 from .paths import PathDrawing, PathsPanel
 from .sensitivity import sensitivity_of
@@ -106,6 +107,7 @@ def render(
     panels: Sequence[Panels],
     campaigns: Sequence[Mapping[str, object]],
     claims: ClaimsPanel | None,
+    conformance: Table,
     robots: Mapping[str, object],
 ) -> tuple[str, dict[str, str], list[Table]]:
     """Return the page, its figures and its tables.
@@ -115,6 +117,7 @@ def render(
         panels: What the section of each world has besides.
         campaigns: Records of the campaigns, oldest first.
         claims: Verdicts on the paper's claims; None if no run is about any.
+        conformance: Whether the controllers keep the contract; without rows if nobody checked.
         robots: Skeletons of the arms that the replay draws, see :func:`~.run_files.robot_key`.
 
     Returns:
@@ -133,13 +136,15 @@ def render(
     definitions = records.definition_table(dict.fromkeys(name for names in shown for name in names))
     recorded = [_campaign(number, record) for number, record in enumerate(campaigns, start=1)]
     order = sensitivity.table if sensitivity else None
-    tables = tables_in([claims, order, sections, definitions, [record["gate"] for record in recorded]])
+    tables = tables_in([claims, order, sections, conformance, definitions, [record["gate"] for record in recorded]])
     page = environment.get_template("page.html").render(
         title=title,
         description=description,
         sections=sections,
         claims=claims,
         sensitivity=sensitivity,
+        conformance=conformance,
+        limitations=limitations(findings, panels),
         definitions=definitions,
         campaigns=recorded,
         tables=[(stem(table), table.caption) for table in tables],

@@ -11,6 +11,7 @@ from pathlib import Path
 from ...controllers import InvalidInput
 from ...scenarios.store import Store
 from .claims import claims_of
+from .conformance import ConformanceOf, conformance_table, no_conformance
 from .efficiency import CostsOf, no_costs
 from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
 from .findings import find_all
@@ -28,7 +29,7 @@ FIGURES, TABLES = "figures", "tables"
 RUNS = "runs"
 """Where what the page loads of each run goes within it."""
 OURS = re.compile(
-    r"w\d[\w-]*\.(svg|csv|md|tex)|(claims[\w-]*|sensitivity-table|definitions-table|gate-\d+)\.(csv|md|tex)"
+    r"w\d[\w-]*\.(svg|csv|md|tex)|(claims[\w-]*|(sensitivity|conformance|definitions)-table|gate-\d+)\.(csv|md|tex)"
 )
 """Names of the figures and tables that a report puts there."""
 
@@ -67,6 +68,7 @@ def write_report(
     *,
     costs_of: CostsOf = no_costs,
     gravity_of: GravityOf = no_gravity,
+    conformance_of: ConformanceOf = no_conformance,
     skeleton_of: SkeletonOf = no_skeleton,
 ) -> ReportFiles:
     """Write the report of a run store; the same store gives the same bytes.
@@ -79,6 +81,7 @@ def write_report(
         out: Folder of the report; ``report`` within the store if None.
         costs_of: Knows what controllers compute; asked once for each.
         gravity_of: Knows how well the patterns of spiking controllers know gravity; asked once for each world.
+        conformance_of: Checks the contract of controllers; asked once for each.
         skeleton_of: Knows the arms that the replay draws.
 
     Returns:
@@ -93,7 +96,8 @@ def write_report(
         panels = [panels_of(found, store, costs_of, gravity_of) for found in findings]
         claims = claims_of(findings, panels, store)
         runs = all_runs([found.world for found in findings])
-        page, figures, tables = render(findings, panels, campaigns, claims, _robots(runs, skeleton_of))
+        conformance = conformance_table(runs, conformance_of)
+        page, figures, tables = render(findings, panels, campaigns, claims, conformance, _robots(runs, skeleton_of))
         texts = {
             **{f"{FIGURES}/{name}": text for name, text in figures.items()},
             **{f"{TABLES}/{name}": text for name, text in table_files(tables).items()},
