@@ -40,6 +40,20 @@ def test_a_textbook_loop_has_its_textbook_margins():
     assert found.delay == pytest.approx(np.radians(53.411) / 0.44575, rel=1e-4)
 
 
+def test_the_gain_of_the_textbook_loop_may_rise_until_it_passes_the_critical_point_at_the_root_of_two():
+    """Six times the response is -1 at 1.41421 rad/s: the margin is a factor on the loop, no number of decibels."""
+    found = loop_margins(response(TEXTBOOK, OMEGA), OMEGA)
+    assert found.gain * response(TEXTBOOK, np.array([1.41421]))[0] == pytest.approx(-1.0, abs=1e-3)
+
+
+def test_the_modulus_is_the_smallest_distance_between_the_lines_too():
+    """A minimum between two frequencies that were measured must not be missed: only the spline sees it."""
+    coarse = np.array([0.05, 0.2, 0.5, 0.8, 1.3, 2.0, 5.0, 50.0])
+    found = loop_margins(response(TEXTBOOK, coarse), coarse).modulus
+    assert found == pytest.approx(0.63760, rel=2e-2)
+    assert found < np.abs(1.0 + response(TEXTBOOK, coarse)).min()
+
+
 def test_the_lines_of_a_multisine_are_enough():
     """45 lines over the band and a spline between them: a thousandth of a margin."""
     found = loop_margins(response(TEXTBOOK, OMEGA), OMEGA)

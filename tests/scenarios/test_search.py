@@ -24,6 +24,18 @@ def test_a_response_that_recovers_reports_its_first_failure_and_is_flagged():
     assert (found.passed, found.failed, found.monotone) == (19, 20, False)
 
 
+@given(response=st.lists(st.booleans(), min_size=2, max_size=80))
+def test_any_response_is_bracketed_between_neighbours_and_flagged_if_it_recovers(response):
+    """Whatever an arm does: the last pass and the first failure stand side by side, and the flag is what was seen."""
+    found = search(response.__getitem__, len(response) - 1)
+    seen = dict(found.probes)
+    assert all(passed == response[step] for step, passed in seen.items())
+    failures = [step for step, passed in seen.items() if not passed]
+    assert found.failed == (min(failures) if failures else None)
+    assert found.passed == (None if not response[0] else len(response) - 1 if not failures else found.failed - 1)
+    assert found.monotone == (not any(passed for step, passed in seen.items() if failures and step > found.failed))
+
+
 def test_a_nominal_failure_has_no_margin():
     """Nothing is tried beyond a world that is not come through as it is."""
     found = search(lambda step: False, 100)
