@@ -92,7 +92,7 @@ def shape_range_rel(slow: np.ndarray, fast: np.ndarray) -> float:
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="lower",
     family="adaptation",
     needs=("errors",),
@@ -118,7 +118,7 @@ def shape_cv(errors: np.ndarray) -> float:
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="lower",
     family="adaptation",
     needs=("slow", "fast"),
@@ -144,7 +144,7 @@ def speed_group_ratio(slow: np.ndarray, fast: np.ndarray) -> float:
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="none",
     family="adaptation",
     needs=("slower", "faster", "speed_ratios"),

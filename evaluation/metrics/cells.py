@@ -15,7 +15,7 @@ def _ratio_of_geometric_means(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="none",
     family="adaptation",
     needs=("water", "sand"),
@@ -70,7 +70,7 @@ worst_case_orientation = variant(
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="lower",
     family="adaptation",
     needs=("errors",),
@@ -127,7 +127,7 @@ repeat_range_orientation = variant(
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="lower",
     family="adaptation",
     needs=("new", "trained"),

@@ -44,7 +44,7 @@ def gain_correlation_by_joint(stiffness: np.ndarray, damping: np.ndarray) -> np.
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="none",
     family="modules",
     needs=("stiffness", "damping"),
@@ -73,7 +73,7 @@ def gain_correlation(stiffness: np.ndarray, damping: np.ndarray) -> float:
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="none",
     family="modules",
     needs=("stiffness", "damping", "lap", "dt"),

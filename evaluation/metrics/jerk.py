@@ -49,7 +49,7 @@ def jerk_series(p: np.ndarray, dt: float) -> np.ndarray:
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="lower",
     family="smoothness",
     needs=("p", "p_ref", "dt"),
@@ -97,7 +97,7 @@ def log_dimensionless_jerk(speed: np.ndarray, dt: float) -> float:
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="higher",
     family="smoothness",
     needs=("twist", "dt"),
@@ -147,7 +147,7 @@ def spectral_arc_length(speed: np.ndarray, dt: float) -> float:
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="higher",
     family="smoothness",
     needs=("twist", "dt"),

@@ -18,7 +18,7 @@ def _count(share: float, error: np.ndarray, error_old: np.ndarray, event: float,
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="none",
     family="resilience",
     needs=("error", "error_old", "event", "until", "dt"),
@@ -64,7 +64,7 @@ recovery_peaks_30 = variant(
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="none",
     family="resilience",
     needs=("error", "error_old", "event", "until", "dt"),
@@ -95,7 +95,7 @@ def recovery_peaks_stable(error: np.ndarray, error_old: np.ndarray, event: float
 
 
 @metric(
-    unit="1",
+    unit="-",
     better="none",
     family="resilience",
     needs=("error", "event", "until", "dt"),

@@ -172,7 +172,8 @@ def metric(
     not finite gives NaN. The function may count on finite arrays of equal length and at least one row.
 
     Args:
-        unit: Unit of the value, for example ``"m"``.
+        unit: Unit of the value, for example ``"m"``; ``"1"`` for a share, which tables show as per cent, ``"-"`` for a
+            number that is none.
         better: Which direction of the value's magnitude is better; ``"none"`` if it only describes.
         family: The family's word, for example ``"precision"``.
         needs: The function's argument names, which are field names of a log.

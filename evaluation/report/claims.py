@@ -175,7 +175,7 @@ def _value(measured: Measured, value: float) -> str:
 
 def _with_unit(value: float, unit: str) -> str:
     base, _, per = unit.partition("/")
-    if base in ("s", "1"):
+    if base in ("s", "1", "-"):
         return f"{significant(value)} {'s' if base == 's' else ''}{f'/{per}' if per else ''}".strip()
     shown = unit_on_page(base)
     return f"{significant(shown.of(value))} {shown.text}{f'/{per}' if per else ''}".strip()

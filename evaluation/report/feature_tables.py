@@ -109,9 +109,9 @@ def _table(findings: Findings, feature: Feature) -> Table:
 
 
 def _column(findings: Findings, name: str) -> tuple[Column, list[Cell]]:
-    means, unit = _means(findings, name)
+    means, stored = _means(findings, name)
     readings = [Reading(means.get(label), "undefined") for label in findings.order]
-    text = METRICS[name].label if name in METRICS else name
+    text, unit = (METRICS[name].label, METRICS[name].unit) if name in METRICS else (name, stored)
     return Column(text, unit_on_page(unit).text), number_cells(readings, unit)
 
 

@@ -26,11 +26,18 @@ class Unit:
         return value * self.factor
 
 
-_SHOWN = {"m": Unit("mm", 1e3), "rad": Unit("mrad", 1e3), "s": Unit("ms", 1e3), "1": Unit("%", 1e2)}
+_SHOWN = {
+    "m": Unit("mm", 1e3),
+    "rad": Unit("mrad", 1e3),
+    "s": Unit("ms", 1e3),
+    "1": Unit("%", 1e2),
+    "-": Unit("1", 1.0),
+}
+"""A share has the unit 1 where it is stored, a number that is no share of anything has "-"."""
 
 
 def unit_on_page(unit: str) -> Unit:
-    """Return how a unit is shown: metres as millimetres, shares as per cent, all others as they are."""
+    """Return how a unit is shown: metres as millimetres, shares as per cent, all others as they are; ``1`` for none."""
     return _SHOWN.get(unit, Unit(unit, 1.0))
 
 
