@@ -10,7 +10,7 @@ import json
 import os
 import sqlite3
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -158,13 +158,17 @@ class Store:
             rows = self._connection.execute("SELECT * FROM runs ORDER BY rowid").fetchall()
         return [_stored(row) for row in rows]
 
-    def trace(self, address: str) -> dict[str, np.ndarray]:
+    def trace(self, address: str, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
         """Return the arrays of a trace.
+
+        Args:
+            address: Its address.
+            names: Which arrays, of those that are there; all if None.
 
         Raises:
             InvalidInput: If the trace is missing or damaged.
         """
-        return decode_trace(self._trace_bytes(address))
+        return decode_trace(self._trace_bytes(address), names)
 
     def merge(self, other: "Store") -> int:
         """Take all rows and traces of another store whose addresses are not finished here.

@@ -2,7 +2,7 @@
 
 import io
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -26,7 +26,12 @@ def encode_trace(arrays: Mapping[str, np.ndarray]) -> bytes:
     return buffer.getvalue()
 
 
-def decode_trace(data: bytes) -> dict[str, np.ndarray]:
-    """Return the arrays of :func:`encode_trace`."""
+def decode_trace(data: bytes, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
+    """Return the arrays of :func:`encode_trace`.
+
+    Args:
+        data: The bytes.
+        names: Which arrays, of those that are there; all if None.
+    """
     with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-        return dict(archive)
+        return {name: archive[name] for name in archive.files if names is None or name in names}

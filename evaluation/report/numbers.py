@@ -61,7 +61,7 @@ def significant(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits and never in exponential form above 1e-6."""
     if value == 0.0:
         return "0"
-    size = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
+    size = int(f"{value:.{digits - 1}e}".partition("e")[2])
     if size < -6:
         return f"{value:.1e}".replace("-", MINUS)
     return fixed(value, max(0, digits - 1 - size))

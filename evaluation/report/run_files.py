@@ -10,7 +10,7 @@ import numpy as np
 from ...controllers import InvalidInput
 from ...scenarios.store import Store
 from ..metrics import METRICS
-from .numbers import significant, unit_on_page
+from .numbers import Unit, significant, unit_on_page
 from .series import Series, quantised, thinned
 from .table import WORDS
 from .worlds import RUN, Run, World
@@ -18,6 +18,8 @@ from .worlds import RUN, Run, World
 FRAME = 0.02
 """Time between two pictures of the replay [s]."""
 WINDOWS = ("run", "steady")
+SHOWN = tuple((name, metric.label, unit_on_page(metric.unit)) for name, metric in METRICS.items())
+"""Id, label and unit on the page of each metric."""
 DRAWN = ("t", "q", "q_ref", "p", "p_ref", "quat", "quat_ref", "tau")
 
 
@@ -83,22 +85,21 @@ def _finite(value: object) -> float | None:
 
 def _metric_rows(metrics: Mapping[str, Mapping[str, Mapping[str, object]]]) -> list[list[str]]:
     """Return label, unit and the text of each window for every metric that was computed, in the registry's order."""
+    stored = [metrics.get(window, {}) for window in WINDOWS]
     rows = []
-    for name, metric in METRICS.items():
-        entries = [metrics.get(window, {}).get(name) for window in WINDOWS]
+    for name, label, unit in SHOWN:
+        entries = [found.get(name) for found in stored]
         if any(entry is not None for entry in entries):
-            unit = unit_on_page(metric.unit).text
-            texts = (_text(entry, metric.unit) for entry in entries)
-            rows.append([metric.label, "" if unit == "1" else unit, *texts])
+            rows.append([label, "" if unit.text == "1" else unit.text, *(_text(entry, unit) for entry in entries)])
     return rows
 
 
-def _text(entry: Mapping[str, object] | None, unit: str) -> str:
+def _text(entry: Mapping[str, object] | None, unit: Unit) -> str:
     if entry is None:
         return ""
     value = _finite(entry.get("value"))
     status = str(entry.get("status", "undefined"))
-    return WORDS.get(status, status) if value is None else significant(unit_on_page(unit).of(value))
+    return WORDS.get(status, status) if value is None else significant(unit.of(value))
 
 
 def _trace(run: Run, store: Store) -> dict[str, object] | None:
@@ -106,7 +107,7 @@ def _trace(run: Run, store: Store) -> dict[str, object] | None:
     if not run.stored.trace:
         return None
     try:
-        trace = store.trace(run.stored.trace)
+        trace = store.trace(run.stored.trace, DRAWN)
         return _drawn({name: trace[name].astype(float) for name in DRAWN})
     except (InvalidInput, KeyError, ValueError, IndexError):
         # A trace that cannot be read costs its drawing, not the page.

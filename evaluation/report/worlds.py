@@ -3,6 +3,7 @@
 import json
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from ...controllers import discovery
 from ...scenarios.store import StoredRun
@@ -69,15 +70,15 @@ class World:
     reference: str
     doubles: int
 
-    @property
+    @cached_property
     def rows(self) -> list[RunRow]:
         """The runs as comparisons want them."""
         return [run.row for run in self.runs]
 
-    @property
+    @cached_property
     def labels(self) -> tuple[str, ...]:
         """Controllers in the order of their names."""
-        return tuple(dict.fromkeys(sorted(run.row.controller for run in self.runs)))
+        return tuple(sorted({run.row.controller for run in self.runs}))
 
     @property
     def has_reference(self) -> bool:
