@@ -98,14 +98,14 @@ def log_dimensionless_jerk(speed: np.ndarray, dt: float) -> float:
 
 @metric(
     unit="1",
-    better="higher",
+    better="lower",
     family="smoothness",
     needs=("twist", "dt"),
     source="log dimensionless jerk, Balasubramanian et al. 2012",
     label="log dimensionless jerk (exploratory)",
 )
 def ldlj(twist: np.ndarray, dt: float) -> float:
-    """Log dimensionless jerk of the tool's speed; less negative is smoother.
+    """Log dimensionless jerk of the tool's speed; less negative, so a lower magnitude, is smoother.
 
     Made for one movement from rest to rest; on laps it falls with their number. Exploratory.
 
@@ -148,14 +148,14 @@ def spectral_arc_length(speed: np.ndarray, dt: float) -> float:
 
 @metric(
     unit="1",
-    better="higher",
+    better="lower",
     family="smoothness",
     needs=("twist", "dt"),
     source="spectral arc length, Balasubramanian et al. 2015; 10 Hz, threshold 5 %",
     label="spectral arc length (exploratory)",
 )
 def sparc(twist: np.ndarray, dt: float) -> float:
-    """Spectral arc length of the tool's speed; less negative is smoother.
+    """Spectral arc length of the tool's speed; less negative, so a lower magnitude, is smoother.
 
     Made for one movement from rest to rest: on a circle at constant speed it does not see a ripple of 5 %.
     Exploratory.

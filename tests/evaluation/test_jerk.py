@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from torquebench.evaluation.metrics import jerk_ratio, ldlj, log_dimensionless_jerk, sparc, spectral_arc_length
+from torquebench.evaluation.rows import Reading
 
 DT = 1e-3
 T = np.arange(4000) * DT
@@ -80,3 +81,12 @@ def test_the_tools_speed_is_that_of_its_linear_velocity():
     assert sparc(twist_of(BELL), 0.01) == pytest.approx(spectral_arc_length(BELL, 0.01))
     for metric in (ldlj, sparc):
         assert math.isnan(metric(twist_of(0.0 * BELL), 0.01))
+
+
+@pytest.mark.parametrize("metric", [ldlj, sparc], ids=lambda metric: metric.id)
+def test_the_smoother_tool_ranks_first(metric):
+    """Both are negative and comparisons read magnitudes: "higher is better" would call the rougher tool the better."""
+    rough = BELL * (1.0 + 0.3 * np.sin(2.0 * np.pi * 5.0 * np.arange(len(BELL)) * 0.01))
+    values = [metric(twist_of(speed), 0.01) for speed in (BELL, rough)]
+    smooth, shaken = (Reading(abs(value), "ok").rank(metric) for value in values)
+    assert values[0] > values[1] and smooth < shaken
