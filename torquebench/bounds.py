@@ -16,6 +16,7 @@ from .evaluation.report.findings import WINDOW
 from .evaluation.report.worlds import Run, World, worlds_of
 from .evaluation.rows import find_metric, read
 from .evaluation.summary import summary
+from .plug_in_metrics import all_metrics
 from .scenarios.store import Store
 from .scenarios.validation import Number, Record, as_tuple, read_toml, validate
 from .selection import Selection, one_label
@@ -114,7 +115,7 @@ def read_bounds(file: Path) -> tuple[Bound, ...]:
     """
     bounds = validate(BoundsFile, read_toml(file), where=str(file)).bound
     for bound in bounds:
-        find_metric(bound.metric)
+        find_metric(bound.metric, all_metrics())
     return bounds
 
 
@@ -135,7 +136,7 @@ def check_bounds(bounds: Sequence[Bound], folder: Path) -> tuple[Checked, ...]:
 
 def _checked(bound: Bound, worlds: Sequence[World]) -> Iterator[Checked]:
     chosen = {id(run.stored) for run in bound.selection.of([run for world in worlds for run in world.runs])}
-    metric = find_metric(bound.metric)
+    metric = find_metric(bound.metric, all_metrics())
     for world in worlds:
         runs = [run for run in world.runs if id(run.stored) in chosen]
         if not runs:
@@ -164,14 +165,15 @@ def _figure(bound: Bound, metric: Metric[...], world: World, runs: Sequence[Run]
     if without := _without_value(against, metric, bound.window):
         return None, f"{without} of {len(against)} runs of {reference} have no value"
     try:
-        return compare([run.row for run in (*runs, *against)], label, reference, metric.id, bound.window).gmr, ""
+        rows = [run.row for run in (*runs, *against)]
+        return compare(rows, label, reference, metric.id, bound.window, {metric.id: metric}).gmr, ""
     except NothingToCompare as error:
         return None, str(error)
 
 
 def _own(bound: Bound, metric: Metric[...], runs: Sequence[Run], label: str) -> float | None:
     if bound.of == "mean":
-        return summary([run.row for run in runs], metric.id, bound.window)[label].mean
+        return summary([run.row for run in runs], metric.id, bound.window, {metric.id: metric})[label].mean
     values = [value for run in runs if (value := read(run.row, metric, bound.window).magnitude) is not None]
     return min(values, key=lambda value: _room(bound, value), default=None)
 
