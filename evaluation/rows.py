@@ -107,6 +107,9 @@ def read(row: RunRow, metric: Metric[...], window: str) -> Reading:
         return Reading(metric.fail_value, "failed")
     if stored["status"] == "undefined" or stored["value"] is None or not math.isfinite(stored["value"]):
         return Reading(None, "censored" if stored["status"] == "censored" else "undefined")
+    if metric.better == "higher" and stored["value"] < 0.0:
+        # Of two negative scores the magnitude would call the worse one the better, and their ratio says nothing.
+        return Reading(None, "undefined")
     return Reading(abs(float(stored["value"])), stored["status"])
 
 

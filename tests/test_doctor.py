@@ -1,6 +1,7 @@
 """The doctor names what is wrong in one line and never falls ill itself."""
 
 import json
+import subprocess
 import sys
 from dataclasses import replace
 
@@ -60,6 +61,15 @@ def test_a_missing_library_says_what_that_costs(diagnosis):
     found = next(state for state in diagnosis.libraries if state.library.module == ABSENT.module)
     assert (found.state, found.version, found.origin) == ("missing", "", "")
     assert found.library.cost
+
+
+@pytest.mark.parametrize("module", ["casadi", "proxsuite", "control", "matplotlib"])
+def test_nothing_runs_without_a_library_only_where_the_doctor_says_so(module):
+    """Who is told that some controllers are missing must not find that no campaign starts."""
+    program = "import sys; sys.modules[sys.argv[1]] = None; import torquebench.running"
+    started = subprocess.run([sys.executable, "-P", "-c", program, module], capture_output=True).returncode == 0
+    (library,) = (library for library in LIBRARIES if library.module == module)
+    assert started != library.cost.startswith("nothing runs")
 
 
 def test_pybullet_is_required_only_where_it_has_a_wheel():

@@ -1,5 +1,6 @@
 """Bounds on a store's figures, from a TOML file: what a user's own continuous integration insists on."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from .evaluation.report.findings import WINDOW
 from .evaluation.report.worlds import Run, World, worlds_of
 from .evaluation.rows import find_metric, read
 from .evaluation.summary import summary
+from .plug_in_metrics import all_metrics
 from .scenarios.store import Store
 from .scenarios.validation import Number, Record, as_tuple, read_toml, validate
 from .selection import Selection, one_label
@@ -32,7 +34,8 @@ class Bound(Record):
         motions: Name of a set of motions, empty for all that ran.
         mass: Mass beyond the flange [kg]; None for all that ran.
         material: Content of the container, ``none`` for an empty one; empty for all that ran.
-        of: ``mean``: over the cells, as on the page. ``worst``: the run that comes nearest to breaking the bound.
+        of: ``mean``: over the cells, as on the page. ``worst``: the run that comes nearest to breaking the bound. Both
+            are of magnitudes: an early lag is no small one.
         against: Label or name of a controller: the figure is then the geometric mean ratio to it, as on the page.
         at_most: Largest value that passes, in the metric's stored unit.
         at_least: Smallest value that passes.
@@ -112,7 +115,7 @@ def read_bounds(file: Path) -> tuple[Bound, ...]:
     """
     bounds = validate(BoundsFile, read_toml(file), where=str(file)).bound
     for bound in bounds:
-        find_metric(bound.metric)
+        find_metric(bound.metric, all_metrics())
     return bounds
 
 
@@ -133,7 +136,7 @@ def check_bounds(bounds: Sequence[Bound], folder: Path) -> tuple[Checked, ...]:
 
 def _checked(bound: Bound, worlds: Sequence[World]) -> Iterator[Checked]:
     chosen = {id(run.stored) for run in bound.selection.of([run for world in worlds for run in world.runs])}
-    metric = find_metric(bound.metric)
+    metric = find_metric(bound.metric, all_metrics())
     for world in worlds:
         runs = [run for run in world.runs if id(run.stored) in chosen]
         if not runs:
@@ -162,16 +165,17 @@ def _figure(bound: Bound, metric: Metric[...], world: World, runs: Sequence[Run]
     if without := _without_value(against, metric, bound.window):
         return None, f"{without} of {len(against)} runs of {reference} have no value"
     try:
-        return compare([run.row for run in (*runs, *against)], label, reference, metric.id, bound.window).gmr, ""
+        rows = [run.row for run in (*runs, *against)]
+        return compare(rows, label, reference, metric.id, bound.window, {metric.id: metric}).gmr, ""
     except NothingToCompare as error:
         return None, str(error)
 
 
 def _own(bound: Bound, metric: Metric[...], runs: Sequence[Run], label: str) -> float | None:
     if bound.of == "mean":
-        return summary([run.row for run in runs], metric.id, bound.window)[label].mean
+        return summary([run.row for run in runs], metric.id, bound.window, {metric.id: metric})[label].mean
     values = [value for run in runs if (value := read(run.row, metric, bound.window).magnitude) is not None]
-    return max(values) if bound.at_most is not None else min(values)
+    return min(values, key=lambda value: _room(bound, value), default=None)
 
 
 def _without_value(runs: Sequence[Run], metric: Metric[...], window: str) -> int:
@@ -179,12 +183,18 @@ def _without_value(runs: Sequence[Run], metric: Metric[...], window: str) -> int
 
 
 def _keeps(bound: Bound, value: float) -> bool:
-    above = bound.at_least is None or value >= bound.at_least
-    return above and (bound.at_most is None or value <= bound.at_most)
+    return _room(bound, value) >= 0.0
+
+
+def _room(bound: Bound, value: float) -> float:
+    """Return how far a figure is from the nearer limit, negative beyond it."""
+    below = math.inf if bound.at_most is None else bound.at_most - value
+    above = math.inf if bound.at_least is None else value - bound.at_least
+    return min(below, above)
 
 
 def _words(bound: Bound) -> str:
-    """Return a bound in words: ``mean tcp_position_error_mean of pid / none, mass 1.5: at most 0.02``."""
+    """Return a bound in words: ``mean tcp_position_error_mean, controller pid, mass 1.5: at most 0.02``."""
     figure = f"ratio to {bound.against} in" if bound.against else bound.of
     window = "" if bound.window == WINDOW else f" in window {bound.window}"
     limits = [(word, limit) for word, limit in (("at least", bound.at_least), ("at most", bound.at_most))]

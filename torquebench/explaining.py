@@ -13,6 +13,7 @@ from .evaluation.metrics import Metric
 from .evaluation.report.findings import HEADLINES, WINDOW
 from .evaluation.report.worlds import Run, worlds_of
 from .evaluation.rows import find_metric, read
+from .plug_in_metrics import all_metrics
 from .repeating import obstacle
 from .scenarios.store import Store
 from .selection import Selection, one_label, one_world
@@ -87,7 +88,7 @@ def explain(folder: Path, selection: Selection, *, metric: str, world: str = "")
         TorquebenchError: If the folder holds no store, a name is unknown, or several cells could be meant.
         UnknownMetric: If nobody registered the metric.
     """
-    found = find_metric(metric)
+    found = find_metric(metric, all_metrics())
     with Store.read(folder) as store:
         home, runs = one_world(worlds_of(store.runs(), store.campaigns()), world, selection)
         label = one_label(runs, selection)

@@ -14,18 +14,24 @@ from .controllers.errors import InvalidInput
 from .evaluation.metrics import Log
 from .evaluation.metrics.log import JOINTS, LIMITS, WIDTHS
 
-UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3} | {
-    "rad/s": 1.0,
-    "deg/s": math.pi / 180.0,
-    "N m": 1.0,
-    "N mm": 1e-3,
-}
-"""Units that a column may have, and what one of it is in the library's."""
+TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+ANGLE = {"rad": 1.0, "deg": math.pi / 180.0}
+ANGULAR_VELOCITY = {"rad/s": 1.0, "deg/s": math.pi / 180.0}
+LENGTH = {"m": 1.0, "mm": 1e-3}
+TORQUE = {"N m": 1.0, "N mm": 1e-3}
+UNITS = (
+    {"t": TIME}
+    | dict.fromkeys(("q", "q_ref"), ANGLE)
+    | dict.fromkeys(("dq", "dq_ref"), ANGULAR_VELOCITY)
+    | dict.fromkeys(("p", "p_ref"), LENGTH)
+    | dict.fromkeys(("tau", "tau_cmd", "tau_lim"), TORQUE)
+)
+"""Units that the columns of a field may have, and what one of it is in the library's; other fields have no choice."""
 
 COLUMNS = ("t", *JOINTS, *WIDTHS)
 NUMBERS = ("lap", "mass", "start", "period", *LIMITS)
 WORDS = ("delimiter", "quat_order")
-TABLES = {"columns": COLUMNS, "units": COLUMNS}
+TABLES = {"columns": COLUMNS, "units": tuple(UNITS)}
 
 
 def read_log(file: Path, mapping: Path) -> Log:
@@ -97,10 +103,12 @@ def _number(name: str, described: Mapping[str, object], mapping: Path) -> float:
 
 
 def _factor(field: str, described: Mapping[str, Mapping[str, object]], mapping: Path) -> float:
-    unit = str(described["units"].get(field, "s"))
-    if unit not in UNITS:
-        raise InvalidInput(f"unknown unit of {field}: {unit!r}", str(mapping), _nearest(unit, tuple(UNITS)))
-    return UNITS[unit]
+    if field not in described["units"]:
+        return 1.0
+    unit, valid = str(described["units"][field]), UNITS[field]
+    if unit not in valid:
+        raise InvalidInput(f"unknown unit of {field}: {unit!r}", str(mapping), _nearest(unit, tuple(valid)))
+    return valid[unit]
 
 
 def _header(file: Path, delimiter: str) -> list[str]:
@@ -120,6 +128,9 @@ def _places(field: str, named: object, names: Sequence[str], mapping: Path) -> l
     if isinstance(named, str) and "{}" in named:
         count = next(i for i in range(len(names) + 1) if named.replace("{}", str(i + 1)) not in names)
         asked = [named.replace("{}", str(i + 1)) for i in range(max(count, 1))]
+    if not asked or (field == "t" and len(asked) != 1):
+        valid = "valid is one for t, one or more for others"
+        raise InvalidInput(f"{field} names {len(asked)} columns", str(mapping), valid)
     for name in asked:
         if name not in names:
             came = f"{field} names the column {name!r}, which is not there"

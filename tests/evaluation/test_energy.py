@@ -1,6 +1,6 @@
 """Estimates: prices times counts, labelled, with figures that can be worked out by hand."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 from hypothesis import given
@@ -74,3 +74,44 @@ def test_twice_the_work_is_twice_the_estimate(counts, factor):
 def test_definitions_cost_nothing():
     """Synapses that would count if every neuron fired were not computed."""
     assert estimate(dict.fromkeys(DEFINITIONS, 1e9), touched=0.0, kept=0.0).with_memory == 0.0
+
+
+counted = st.dictionaries(st.sampled_from(sorted(energy_table().operations)), st.floats(0.0, 1e9), max_size=6)
+
+
+@given(counted, counted)
+def test_two_jobs_cost_what_each_costs(one, other):
+    """Nothing is cheaper by being counted together: an ablation's saving is the cost of what it leaves out."""
+    both = {name: one.get(name, 0.0) + other.get(name, 0.0) for name in {*one, *other}}
+    parts = [estimate(job, touched=1e6, kept=10.0) for job in (one, other)]
+    whole = estimate(both, touched=2e6, kept=10.0)
+    assert whole.inference == pytest.approx(sum(part.inference for part in parts))
+    assert whole.learning == pytest.approx(sum(part.learning for part in parts))
+    assert whole.with_memory == pytest.approx(sum(part.with_memory for part in parts))
+
+
+@given(st.lists(st.floats(0.0, 1e7), min_size=2, max_size=6))
+def test_who_keeps_more_never_reads_it_for_less(kept):
+    """Memories get dearer as they grow; a table out of order would reward a larger network."""
+    powers = [estimate({}, touched=1e6, kept=numbers).memory for numbers in sorted(kept)]
+    assert powers == sorted(powers)
+
+
+def test_every_memory_holds_exactly_what_it_is_said_to():
+    """The last number that fits, and the first that does not; without bound only the last of them."""
+    table = energy_table()
+    *bounded, unbounded = table.memories
+    assert unbounded.size is None and all(memory.size is not None for memory in bounded)
+    for memory, larger in zip(bounded, [*bounded[1:], unbounded], strict=True):
+        numbers = memory.size // table.bytes_per_number
+        assert table.memory_for(numbers) == memory and table.memory_for(numbers + 1) == larger
+
+
+def test_other_prices_make_another_estimate():
+    """A reader with a table of her own hardware: twice the price, twice the power, the memory as it was."""
+    table = energy_table()
+    dearer = {name: replace(price, picojoules=2.0 * price.picojoules) for name, price in table.operations.items()}
+    counts = {"macs": 1e6, "learning_macs": 1e6}
+    plain, dear = (estimate(counts, touched=1e6, kept=1.0, table=t) for t in (table, replace(table, operations=dearer)))
+    assert (dear.inference, dear.learning) == pytest.approx((2.0 * plain.inference, 2.0 * plain.learning))
+    assert dear.memory == plain.memory > 0.0

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from torquebench.evaluation.metrics import jerk_ratio, ldlj, log_dimensionless_jerk, sparc, spectral_arc_length
+from torquebench.evaluation.rows import Reading, RunRow, read
 
 DT = 1e-3
 T = np.arange(4000) * DT
@@ -80,3 +81,15 @@ def test_the_tools_speed_is_that_of_its_linear_velocity():
     assert sparc(twist_of(BELL), 0.01) == pytest.approx(spectral_arc_length(BELL, 0.01))
     for metric in (ldlj, sparc):
         assert math.isnan(metric(twist_of(0.0 * BELL), 0.01))
+
+
+@pytest.mark.parametrize("metric", [ldlj, sparc], ids=lambda metric: metric.id)
+def test_negative_scores_are_compared_by_nobody(metric):
+    """Comparisons take magnitudes and ratios: of two negative scores they would call the rougher tool the better."""
+    stored = metric.value_of({"twist": twist_of(BELL), "dt": 0.01}).as_dict()
+    row = RunRow(
+        controller="a / none", trajectory="T1", group="", mass=1.5, material="", repetition=0, status="ok",
+        metrics={"run": {metric.id: stored}},
+    )  # fmt: skip
+    assert stored["value"] < 0.0
+    assert read(row, metric, "run") == Reading(None, "undefined")

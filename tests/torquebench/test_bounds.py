@@ -72,6 +72,16 @@ def test_a_limit_itself_passes_and_what_is_beyond_it_does_not(kept, tmp_path):
     assert passed == [True, False, True, False]
 
 
+def test_the_worst_run_between_two_limits_is_the_one_nearest_to_either(kept, tmp_path):
+    """A floor under the figure must not be held against the largest of the runs."""
+    low, *_, high = sorted(errors_of(kept.folder, "cbmc_v3"))
+    between = {"controller": "cbmc_v3", "of": "worst", "at_least": low + 1e-9, "at_most": high + 1.0}
+    around = {"controller": "cbmc_v3", "of": "worst", "at_least": low - 1e-9, "at_most": high + 1.0}
+    broken, held = check_bounds(bounds_of(tmp_path, between, around), kept.folder)
+    assert (broken.value, broken.passed) == (pytest.approx(low, rel=1e-12), False)
+    assert (held.value, held.passed) == (pytest.approx(low, rel=1e-12), True)
+
+
 def test_a_ratio_is_the_one_of_the_page(kept, tmp_path):
     """The geometric mean over motions of paired runs, not a ratio of means."""
     table = {"controller": "cbmc_v3", "against": "flexiv_factory", "at_most": 1e3}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from torquebench import cli
+from torquebench.bounds import check_bounds, read_bounds
 from torquebench.controllers import InvalidInput, PlugInFailure, discovery
 from torquebench.evaluation import METRICS
 from torquebench.plug_in_metrics import all_metrics
@@ -15,6 +16,8 @@ from torquebench.scenarios.digest import run_digest
 from torquebench.scenarios.loads import LoadSchedule, Payload
 from torquebench.scenarios.specification import RunSpecification
 from torquebench.scoring import score
+
+from .conftest import fill, run_of
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SOURCE = '''
@@ -78,6 +81,19 @@ def test_a_registered_metric_is_computed_for_a_log_of_ones_own(register):
     ]
     found = CliRunner().invoke(cli.group, [*words, "--json"], standalone_mode=False)
     assert json.loads(found.output)["windows"]["run"]["angle_max"]["unit"] == "rad"
+
+
+def test_a_registered_metric_can_be_gated_and_explained(register, tmp_path, line):
+    """What every run has a value of, a pipeline may bound and a reader may go down to."""
+    register(angle_max="own_metrics_package:angle_max")
+    fill(tmp_path / "store", run_of(), run_of("computed_torque"))
+    bound = '[[bound]]\nmetric = "angle_max"\ncontroller = "computed_torque"\n'
+    (tmp_path / "gate.toml").write_text(f'{bound}at_most = 3.2\n{bound}at_least = 0.9\nagainst = "flexiv_factory"\n')
+    own, ratio = check_bounds(read_bounds(tmp_path / "gate.toml"), tmp_path / "store")
+    assert (own.unit, own.passed, ratio.passed) == ("rad", True, True)
+    words = ["explain", tmp_path / "store", "--controller", "computed_torque", "--metric", "angle_max"]
+    assert json.loads(line(*words, "--json").output)["mean"] == pytest.approx(own.value)
+    assert "angle_max [mrad]" in line(*words).output
 
 
 def test_a_metrics_source_is_part_of_what_a_run_depends_on(register):

@@ -79,11 +79,11 @@ def _say(found: "Explanation") -> None:
 
 def _lines(runs: "tuple[ExplainedRun, ...]") -> list[str]:
     """Return the runs as lines of a table with a header, in the page's units."""
-    from ..evaluation.metrics import METRICS
     from ..evaluation.report.numbers import significant, unit_on_page
+    from ..plug_in_metrics import all_metrics
 
     metrics = list(runs[0].values)
-    units = [unit_on_page(METRICS[name].unit) for name in metrics]
+    units = [unit_on_page(all_metrics()[name].unit) for name in metrics]
     rows = [
         ["address", "trajectory", "load", "seed", "repetition", "status",
          *(f"{name} [{unit.text}]" for name, unit in zip(metrics, units, strict=True))]

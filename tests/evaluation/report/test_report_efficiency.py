@@ -11,7 +11,14 @@ from torquebench.evaluation.report import write_report
 from torquebench.evaluation.report.drawing import draw
 from torquebench.evaluation.report.efficiency import efficiency_of, front
 from torquebench.evaluation.report.efficiency_panel import pareto_charts
-from torquebench.evaluation.report.efficiency_tables import COUNTED, MECHANICAL, mechanical_table
+from torquebench.evaluation.report.efficiency_tables import (
+    COUNTED,
+    MECHANICAL,
+    count_table,
+    estimate_table,
+    host_table,
+    mechanical_table,
+)
 from torquebench.evaluation.report.findings import find_all
 from torquebench.evaluation.report.worlds import worlds_of
 from torquebench.scenarios.store import Store
@@ -166,3 +173,93 @@ def test_every_count_has_its_column():
     from torquebench.controllers.operations import COUNTS
 
     assert {name for name, *_ in COUNTED} == {*COUNTS, "arithmetic"} - {"touched"}
+
+
+def put(shelf, controller, *, knowledge="none", trajectory="T1", ticks=13000, simulated=13.0, **timing):
+    """Put a run with its own ticks and seconds on the shelf."""
+    run = shelf.specification(controller, knowledge, trajectory)
+    result = shelf.result(run, 1e-3, "slow")
+    counts = {**result.counts, "ticks": ticks}
+    shelf.put(run, replace(result, counts=counts, timing={**result.timing, "simulated_s": simulated, **timing}))
+
+
+def test_long_runs_weigh_by_their_seconds(shelf):
+    """Ticks of all runs by seconds of all runs: 1000 in 1 s and 9000 in 3 s are 2500 a second, not 2000."""
+    put(shelf, "computed_torque", trajectory="T1", ticks=1000, simulated=1.0)
+    put(shelf, "computed_torque", trajectory="T6", ticks=9000, simulated=3.0)
+    (computing,) = efficiency_of(findings_of(shelf.campaign()), counted).found.values()
+    assert computing.counts.multiplications == pytest.approx(100.0 * 2500.0)
+
+
+def test_a_run_that_failed_or_noted_no_time_buys_nothing(shelf):
+    """A controller whose runs all fell over computes little: its cost is no bargain, it is not there."""
+    shelf.fail(shelf.specification("flexiv_factory", "none"))
+    put(shelf, "computed_torque")
+    put(shelf, "computed_torque_pid", simulated=0.0)
+    found = efficiency_of(findings_of(shelf.campaign()), counted)
+    assert set(found.found) == {"computed_torque / none"}
+    assert list(found.uncounted) == ["computed_torque_pid / none"]
+
+
+def test_a_counter_without_a_price_changes_nothing_and_a_price_without_a_counter_is_zero(shelf):
+    """Counters of a newer version must not stop an old page; an event that never came costs nothing."""
+    run = shelf.specification("computed_torque", "none")
+    result = shelf.result(run, 1e-3, "slow")
+    shelf.put(run, replace(result, counts={**result.counts, "operations": {"newer": 1e9}}))
+    (computing,) = efficiency_of(findings_of(shelf.campaign()), counted).found.values()
+    assert computing.counts == OperationCounts(multiplications=100e3, touched=10e3)
+
+
+def column(table, title):
+    """Return the numbers of a column."""
+    (place,) = [k for k, c in enumerate(table.columns) if c.title == title]
+    return [row[place].value for row in table.rows]
+
+
+def test_the_table_of_counts_is_the_counts_in_millions_and_bytes(grid):
+    """100 parameters and 10 numbers of state at 4 bytes; 400 products a thousand times a second are 0.4 million."""
+    found = findings_of(grid)
+    efficiency = efficiency_of(found, counted)
+    table = count_table(found, efficiency)
+    expected = [found_.counts.multiplications * 1e-6 for found_ in efficiency.found.values()]
+    assert column(table, "As carried out: \N{MULTIPLICATION SIGN} [10\N{SUPERSCRIPT SIX}/s]") == pytest.approx(expected)
+    assert column(table, "Memory: Parameters [kB]") == pytest.approx([0.4] * len(table.rows))
+    assert column(table, "Memory: State [kB]") == pytest.approx([0.04] * len(table.rows))
+    assert column(table, "Memory: Touched [MB/s]") == pytest.approx([10 * 1000 * 4e-6] * len(table.rows))
+
+
+def test_the_table_of_estimates_adds_up_and_says_who_is_not_compared(grid):
+    """Inference and learning make up both; without the whole grid there is no error to set an estimate beside."""
+    put(grid, "computed_torque", knowledge="ft_estimate")
+    found = findings_of(grid)
+    table = estimate_table(found, efficiency_of(found, counted))
+    parts = [
+        column(table, f"Estimate, arithmetic: {name} [\N{MICRO SIGN}W]") for name in ("Inference", "Learning", "Both")
+    ]
+    assert [one + two for one, two in zip(*parts[:2], strict=True)] == pytest.approx(parts[2])
+    traffic = column(table, "Estimate, with memory: Arithmetic and traffic [\N{MICRO SIGN}W]")
+    assert all(whole > part for whole, part in zip(traffic, parts[2], strict=True))
+    words = {row[0].text: (row[2].value, row[-1].text) for row in table.rows}
+    assert words["computed_torque / ft_estimate"] == (None, "not compared")
+    assert words["flexiv_factory / none"][1] == "dominated"
+    assert words["computed_torque / none"][1] == "arithmetic, with memory"
+
+
+def test_the_hosts_time_is_that_of_the_calls_by_simulated_time(shelf):
+    """26 ms of calls in 13 s are 2 ms a second; who noted no time has no number, and the machine is named."""
+    put(shelf, "computed_torque", call_s=0.026)
+    put(shelf, "computed_torque_pid")
+    table = host_table(findings_of(shelf.campaign()), ["x, 8 cores", "y, 2 cores"])
+    shares = dict(zip([row[0].text for row in table.rows], column(table, "Time [ms/s]"), strict=True))
+    assert shares == {"computed_torque / none": pytest.approx(2.0), "computed_torque_pid / none": None}
+    assert table.caption == "Measured on the host, one thread: x, 8 cores; y, 2 cores"
+    assert "an unknown machine" in host_table(findings_of(shelf), []).caption
+
+
+@given(points, st.sampled_from("abcdefgh"))
+def test_a_front_is_blind_to_who_is_not_on_it(found, name):
+    """Taking away a dominated controller moves nobody; so it does not matter which losers a campaign includes."""
+    group = dict.fromkeys("abcdefgh", "none")
+    ahead = front(found, group)
+    if name in found and name not in ahead:
+        assert front({other: point for other, point in found.items() if other != name}, group) == ahead
