@@ -7,8 +7,12 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from .controllers import InvalidInput
 from .running import run
+from .scenarios.benchmark import load_benchmark
+from .scenarios.robots import load_robot
 from .scenarios.store import Store
+from .scenarios.tiers import build_tier
 
 BENCHMARK, CONTROLLER, SECOND_LEVEL = "paper-precision", "cbmc_v3", 10
 LOADS = 'loads=[{mass=1.5},{mass=2.5,material="sand"},{mass=3.5,material="sand"}]'
@@ -42,7 +46,19 @@ def write_mean_gains(file: Path, tiers: Sequence[str]) -> None:
     Args:
         file: The JSON file.
         tiers: Names of the tiers.
+
+    Raises:
+        UnknownName: If one of them is no tier.
+        InvalidInput: If none is named, or the file's folder does not exist; nothing runs then.
     """
+    # Every slip is found before hours of runs, not after those of the first tier.
+    if not tiers:
+        raise InvalidInput("no tier", "--tier", "give names between commas: ideal,actuated")
+    if not file.parent.is_dir():
+        raise InvalidInput(f"{str(file.parent)!r} is no folder", "--out", "name a file in a folder that exists")
+    robot = load_robot(load_benchmark(BENCHMARK).robot)
+    for tier in tiers:
+        build_tier(tier, robot.tiers, robot.rotor_inertia)
     table = {
         "made_by": f"torquebench train gains --tier {','.join(tiers)}",
         "what": "time mean of cbmc_v3's gains over the run window of T1 to T8 at 1.5, 2.5 and 3.5 kg, three laps",

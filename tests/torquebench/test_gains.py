@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 from torquebench import gains
 from torquebench.commands.train import command
+from torquebench.controllers import TorquebenchError
 from torquebench.gains import SECOND_LEVEL, measure_mean_gains, write_mean_gains
 from torquebench.scenarios.benchmark import load_benchmark
 
@@ -123,3 +124,19 @@ def test_the_command_has_no_default_target():
     """The shipped file must not be overwritten by a word too few."""
     done = CliRunner().invoke(command, ["gains"])
     assert done.exit_code == 2 and "--out" in done.output
+
+
+@pytest.mark.parametrize(
+    ("tiers", "folder", "says"),
+    [
+        ("ideal,actuted", "", "did you mean 'actuated'"),
+        (" , ", "", "no tier"),
+        ("ideal", "nowhere", "is no folder"),
+    ],
+)
+def test_a_slip_is_found_before_the_first_run(campaign, tmp_path, tiers, folder, says):
+    """A second tier misspelt, or a folder that is not there, after hours of the first: nothing would be kept."""
+    file = tmp_path / folder / "gains.json"
+    error = CliRunner().invoke(command, ["gains", "--tier", tiers, "--out", str(file)]).exception
+    assert isinstance(error, TorquebenchError) and says in str(error)
+    assert campaign.calls == [] and not file.exists()

@@ -52,13 +52,13 @@ def cerebellum(robot: str, loads: str, set_name: str, preset: str, seed: int, ou
 
 
 @command.command("gains")
-@click.option("--tier", "tiers", default=TIERS, show_default=True, help="Tiers.")
+@click.option("--tier", "tiers", default=TIERS, show_default=True, help="Their names, between commas.")
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="JSON file to write.")
 def gains(tiers: str, out: Path) -> None:
     """Measure CBMC-V3's mean gains, which its null controls are given (cbmc/data/mean_gains.json)."""
     from ..gains import write_mean_gains
 
-    write_mean_gains(out, [tier.strip() for tier in tiers.split(",")])
+    write_mean_gains(out, [tier.strip() for tier in tiers.split(",") if tier.strip()])
     click.echo(f"wrote {out}")
 
 
