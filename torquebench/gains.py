@@ -10,7 +10,9 @@ import numpy as np
 from .controllers import InvalidInput
 from .running import run
 from .scenarios.benchmark import load_benchmark
+from .scenarios.robots import load_robot
 from .scenarios.store import Store
+from .scenarios.tiers import build_tier
 
 BENCHMARK, CONTROLLER, SECOND_LEVEL = "paper-precision", "cbmc_v3", 10
 LOADS = 'loads=[{mass=1.5},{mass=2.5,material="sand"},{mass=3.5,material="sand"}]'
@@ -54,8 +56,9 @@ def write_mean_gains(file: Path, tiers: Sequence[str]) -> None:
         raise InvalidInput("no tier", "--tier", "give names between commas: ideal,actuated")
     if not file.parent.is_dir():
         raise InvalidInput(f"{str(file.parent)!r} is no folder", "--out", "name a file in a folder that exists")
+    robot = load_robot(load_benchmark(BENCHMARK).robot)
     for tier in tiers:
-        load_benchmark(BENCHMARK, overrides={"tier": tier})
+        build_tier(tier, robot.tiers, robot.rotor_inertia)
     table = {
         "made_by": f"torquebench train gains --tier {','.join(tiers)}",
         "what": "time mean of cbmc_v3's gains over the run window of T1 to T8 at 1.5, 2.5 and 3.5 kg, three laps",

@@ -179,7 +179,7 @@ def _array(name: str, value: object) -> np.ndarray:
 def _check_time(t: np.ndarray) -> None:
     if t.ndim != 1 or len(t) < 2:
         raise InvalidLog("t", f"shape {t.shape}", "valid are two times or more, shape (N,)")
-    bad = np.flatnonzero(~(np.diff(t) > 0.0) | ~np.isfinite(t[1:]))
+    bad = np.flatnonzero(~(np.diff(t) > 0.0) | ~np.isfinite(t[1:]) | ~np.isfinite(t[:-1]))
     if len(bad):
         row = int(bad[0])
         raise InvalidLog("t", f"{t[row + 1]:.9g} s in row {row + 1} after {t[row]:.9g} s", "valid is a time that grows")
@@ -199,7 +199,11 @@ def _lines(t: np.ndarray, times: np.ndarray, samples: np.ndarray) -> np.ndarray:
 
 
 def _attitudes(t: np.ndarray, times: np.ndarray, samples: np.ndarray) -> np.ndarray:
-    """Return attitudes at other times, along great arcs."""
+    """Return attitudes at other times, along great arcs; NaN beside a sample that is not finite."""
     from scipy.spatial.transform import Rotation, Slerp
 
-    return np.asarray(Slerp(times, Rotation.from_quat(samples))(t.clip(times[0], times[-1])).as_quat())
+    known, lost = np.isfinite(samples).all(axis=1), ~np.isfinite(_lines(t, times, samples)).all(axis=1)
+    if known.sum() < 2:
+        return np.full((len(t), 4), np.nan)
+    times, arcs = times[known], Slerp(times[known], Rotation.from_quat(samples[known]))
+    return np.where(lost[:, None], np.nan, arcs(t.clip(times[0], times[-1])).as_quat())

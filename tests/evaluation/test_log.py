@@ -46,6 +46,7 @@ def test_what_a_metric_lacks_is_named():
         ({"t": [0.0]}, "log, t: shape (1,)"),
         ({"t": [0.0, 0.2, 0.2]}, "0.2 s in row 2 after 0.2 s"),
         ({"t": [0.0, np.nan, 0.2]}, "row 1"),
+        ({"t": [-np.inf, 0.0, 0.2]}, "row 1 after -inf s"),
         ({"t": T, "p": np.zeros((399, 3))}, "log, p: shape (399, 3); valid is (400, 3)"),
         ({"t": T, "q": np.zeros((400, 6)), "tau": np.zeros((400, 7))}, "log, tau: shape (400, 7); valid is (400, 6)"),
         ({"t": T, "q": np.zeros((400, 6)), "effort": np.zeros(7)}, "log, effort: shape (7,); valid is (6,)"),
@@ -80,6 +81,19 @@ def test_resampling_keeps_lines_and_arcs():
     assert log.q == pytest.approx(np.outer(log.t, [1.0, -2.0]), abs=1e-12)
     assert np.abs(2.0 * np.arctan(log.quat[:, 2] / log.quat[:, 3])) == pytest.approx(0.3 * log.t, abs=1e-9)
     assert log.effort.tolist() == [3.0, 4.0]
+
+
+@pytest.mark.parametrize("lost", [slice(3, 4), slice(0, 1), slice(398, 400), slice(0, 398)])
+def test_resampling_neither_fills_a_hole_nor_widens_it(lost):
+    """A sample that is not finite fails its metrics at every period; what lies beside two good samples stays."""
+    quat, q = np.tile([0.0, 0.0, 0.0, 1.0], (400, 1)), np.ones((400, 2))
+    quat[lost, 2], q[lost, 1] = np.nan, np.nan
+    log = Log(t=T, q=q, quat=quat).resampled(0.0025)
+    before, after = (np.searchsorted(T, log.t + shift, side) for shift, side in ((1e-9, "right"), (-1e-9, "left")))
+    good = np.isfinite(q).all(axis=1)
+    expected = good[before - 1] & good[after.clip(max=399)]
+    for field in (log.q, log.quat):
+        assert np.array_equal(np.isfinite(field).all(axis=1), expected)
 
 
 def test_a_slow_log_resampled_has_the_lag_of_the_motion():

@@ -1,6 +1,7 @@
 """``torquebench evaluate``: the log of the examples, its figures, and one line for what cannot be read."""
 
 import json
+import re
 import runpy
 from pathlib import Path
 
@@ -101,6 +102,14 @@ def test_a_wrong_table_is_one_line(tmp_path, text):
     with pytest.raises((InvalidInput, EvaluationError)) as caught:
         read_log(tmp_path / "log.csv", tmp_path / "map.toml")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("line", ["start = 1e6", "lap = 60.0"])
+def test_a_log_without_a_whole_lap_says_so(tmp_path, line):
+    """A slip in start or lap leaves no window: an empty table with status 0 would look like a log without metrics."""
+    (tmp_path / "map.toml").write_text(re.sub(rf"(?m)^{line.split()[0]} .*$", line, MAP.read_text()), encoding="utf-8")
+    error = call(LOG, "--map", tmp_path / "map.toml").exception
+    assert isinstance(error, InvalidInput) and "hold no whole lap from 0 on; check start and lap" in str(error)
 
 
 def test_uneven_logs_are_resampled_and_quaternions_reordered(tmp_path):

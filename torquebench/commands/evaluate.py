@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(log: Path, mapping: Path, chosen: str, as_json: bool) -> None:
     """Compute the metrics of LOG, a CSV file with a line of column names."""
+    from ..controllers import InvalidInput
     from ..evaluation.errors import MissingFields
     from ..evaluation.metrics import evaluate, missing_fields
     from ..own_log import read_log
@@ -33,6 +34,9 @@ def command(log: Path, mapping: Path, chosen: str, as_json: bool) -> None:
         for name, fields in missing.items():
             raise MissingFields(name, fields)
     windows = evaluate(read, ids, metrics=metrics)
+    if not windows:
+        span = f"times from {read.t[0]:.6g} s to {read.t[-1]:.6g} s hold no whole lap from 0 on"
+        raise InvalidInput(span, str(log), f"check start and lap in {mapping}")
     if as_json:
         values = {
             window: {name: _finite(value.as_dict()) for name, value in found.items()}
