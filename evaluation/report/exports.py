@@ -11,6 +11,7 @@ from ..comparison import Comparison
 from ..intervals import Interval
 from ..metrics import METRICS
 from ..summary import Summary
+from .adaptation import adaptation_values, compared_rows, grid_of
 from .claims import ClaimsPanel, claim_figures
 from .draws import drawn_by
 from .fairness import ledger_of
@@ -152,6 +153,7 @@ def _world(found: Findings) -> dict[str, object]:
             name: [_comparison(found, comparison) for family in families.values() for comparison in family.values()]
             for name, families in found.by_set.items()
         },
+        "adaptation": _adaptation(found),
         "against_next": [_comparison(found, pair) for lead in found.leads if (pair := lead.against_next) is not None],
         "materials": [
             {**asdict(contrast), "ratio": _comparison(found, contrast.ratio)} for contrast in found.materials
@@ -166,6 +168,18 @@ def _world(found: Findings) -> dict[str, object]:
             for run in found.failures
         ],
     }  # fmt: skip
+
+
+def _adaptation(found: Findings) -> dict[str, dict[str, object]]:
+    """Return base metric to controller to the metrics of its grid, or why it has none; empty without a grid."""
+    rows = compared_rows(found.world.rows)
+    grids = {metric: {label: grid_of(rows, label, metric) for label in found.order} for metric in HEADLINES if rows}
+    return {
+        metric: {
+            label: grid if isinstance(grid, str) else adaptation_values(grid, metric) for label, grid in listed.items()
+        }
+        for metric, listed in grids.items()
+    }
 
 
 def _controller(found: Findings, label: str) -> dict[str, object]:

@@ -32,6 +32,9 @@ _SHOWN = {
     "s": Unit("ms", 1e3),
     "1": Unit("%", 1e2),
     "-": Unit("1", 1.0),
+    "m/kg": Unit("mm/kg", 1e3),
+    "rad/kg": Unit("mrad/kg", 1e3),
+    "1/kg": Unit("%/kg", 1e2),
 }
 """A share has the unit 1 where it is stored, a number that is no share of anything has "-"."""
 

@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from . import (
+    adaptation_tables,
     drawing,
     draws,
     fairness,
@@ -59,6 +60,7 @@ class Section:
         materials: Tables of what one content changes against another.
         shape: Table of shape ranges.
         laps: Tables of errors by lap.
+        adaptation: Tables of what errors depend on; empty without a grid.
         features: Tables of lag, ISO-style criteria, velocity, smoothness, and metrics of plug-ins.
         motion_sets: Tables of old and new motions apart; empty unless both ran.
         failed: Table of failed and refused runs.
@@ -88,6 +90,7 @@ class Section:
     materials: Sequence[Table]
     shape: Table
     laps: Sequence[Table]
+    adaptation: Sequence[Table]
     features: Sequence[Table]
     motion_sets: Sequence[Table]
     failed: Table
@@ -220,6 +223,7 @@ def _section(found: Findings, panels: Panels, title: str) -> Section:
         materials=material_tables.material_tables(found),
         shape=split_tables.shape_table(found),
         laps=laps,
+        adaptation=adaptation_tables.adaptation_tables(found),
         features=feature_tables.feature_tables(found),
         motion_sets=[motion_set_tables.motion_set_table(found, metric) for metric in HEADLINES if found.by_set],
         failed=run_tables.failure_table(found),
