@@ -22,20 +22,35 @@ _LATEX = {
     "|": r"\textbar{}",
     "[": "{[}",
     "]": "{]}",
+    "*": "{*}",
+    "`": r"\textasciigrave{}",
     "\N{MINUS SIGN}": "$-$",
     "\N{MULTIPLICATION SIGN}": r"$\times$",
+    "\N{DIVISION SIGN}": r"$\div$",
+    "\N{PLUS-MINUS SIGN}": r"$\pm$",
+    "\N{SQUARE ROOT}": r"$\sqrt{}$",
+    "\N{IDENTICAL TO}": r"$\equiv$",
+    "\N{INFINITY}": r"$\infty$",
+    "\N{UPWARDS ARROW}": r"$\uparrow$",
+    "\N{RIGHTWARDS ARROW}": r"$\rightarrow$",
+    "\N{CHECK MARK}": r"$\surd$",
+    "\N{BALLOT X}": r"$\otimes$",
+    "\N{BLACK FLAG}": r"$\dagger$",
     "\N{GREATER-THAN OR EQUAL TO}": r"$\geq$",
     "\N{LESS-THAN OR EQUAL TO}": r"$\leq$",
     "\N{EMPTY SET}": r"$\emptyset$",
     "\N{BLACK DOWN-POINTING TRIANGLE}": r"$\bigtriangledown$",
     "\N{BLACK UP-POINTING TRIANGLE}": r"$\bigtriangleup$",
+    "\N{WHITE DOWN-POINTING SMALL TRIANGLE}": r"$\nabla$",
     "\N{WHITE DIAMOND}": r"$\diamond$",
     "\N{SUPERSCRIPT TWO}": "$^2$",
+    "\N{SUPERSCRIPT SIX}": "$^6$",
+    "\N{MICRO SIGN}": r"$\mu$",
     "\N{GREEK SMALL LETTER TAU}": r"$\tau$",
 }
 """What LaTeX reads as a command, and signs that its standard fonts have in formulas only.
 
-Brackets stand in braces: a row may not begin with what the end of the row before would take for its distance.
+Brackets and stars stand in braces: a row may not begin with what the end of the row before would take for its own.
 """
 
 
@@ -79,7 +94,7 @@ def latex(table: Table) -> str:
         "\\begin{table}",
         "\\centering",
         f"\\caption{{{_in_latex(table.caption)}}}",
-        f"\\label{{tab:{table.id}}}",
+        f"\\label{{tab:{stem(table)}}}",
         f"\\begin{{tabular}}{{{''.join('r' if column.numeric else 'l' for column in table.columns)}}}",
         "\\toprule",
         head,
@@ -113,7 +128,8 @@ def _in_markdown(text: str) -> str:
 
 
 def _in_latex(text: str) -> str:
-    return _replaced(text, _LATEX)
+    # Between two hyphens, which would become a dash, a pair of braces.
+    return re.sub("-(?=-)", "-{}", _replaced(text, _LATEX))
 
 
 def _replaced(text: str, signs: Mapping[str, str]) -> str:

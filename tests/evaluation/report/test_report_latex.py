@@ -94,7 +94,6 @@ def table_of(*texts, columns=2):
     return Table(id="w1-test", caption=texts[0], columns=titles, rows=[[Cell(text)] * columns for text in texts])
 
 
-@pytest.mark.xfail(strict=True, reason="table_files.py has no command for some signs yet")
 def test_every_table_of_a_page_is_read(quick):
     """With failed, refused and undecided rows among them; a table that does not compile costs its reader an evening."""
     files = [file for file in quick.files.tables.iterdir() if file.suffix == ".tex"]
@@ -103,7 +102,6 @@ def test_every_table_of_a_page_is_read(quick):
         assert len(check(file.read_text(encoding="utf-8"))) > 1, file.name
 
 
-@pytest.mark.xfail(strict=True, reason="table_files.py has no command for some signs yet")
 @given(st.lists(st.text(st.sampled_from(SIGNS), min_size=1, max_size=12), min_size=1, max_size=3), st.integers(2, 4))
 def test_whatever_a_cell_a_title_a_caption_or_a_note_says_the_file_is_read(texts, columns):
     """Names of controllers, settings and reasons are anybody's words."""
@@ -111,7 +109,6 @@ def test_whatever_a_cell_a_title_a_caption_or_a_note_says_the_file_is_read(texts
     assert [len(row) for row in rows] == [columns] * (1 + len(texts))
 
 
-@pytest.mark.xfail(strict=True, reason="table_files.py has no command for some signs yet")
 def test_every_sign_that_the_report_writes_is_known():
     """A new sign on the page must come with its command, or one day a paper does not compile."""
     folder = Path(torquebench.evaluation.report.__file__).parent
