@@ -211,9 +211,10 @@ def _tool_cost(robot: RobotModel, horizon: Horizon) -> OperationCounts:
     """Return what the tool's cost adds to a plan: kinematics, curvature, and the factor of a Hessian that changes."""
     n, knots, blocks = robot.n, *horizon.selection.shape
     variables, rows = blocks * n, knots * n
+    # Every block that has begun by a knot is multiplied with itself and all later ones.
     begun = np.count_nonzero(horizon.position[1:], axis=1)
     slopes = knots * (12 * n + 12 * n * (n + 1) // 2)
-    hessian = int(np.sum(begun * n + begun * (begun + 1) // 2 * n * n))
-    whitening = (rows + 2) * variables * (variables + 1) // 2
+    hessian = int(np.sum(begun * n + (begun * blocks - begun * (begun - 1) // 2) * n * n))
+    whitening = (rows + 2) * variables * (variables - 1) // 2
     products = OperationCounts(macs=slopes + hessian + whitening, divisions=(rows + 2) * variables)
     return count_graph(tool_function(robot)).operations.times(knots) + products + factorisation(variables)

@@ -9,9 +9,11 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from .controllers import InvalidInput
 from .evaluation.comparison import compare
 from .evaluation.errors import NothingToCompare
 from .evaluation.metrics import Metric
+from .evaluation.metrics.catalogue import KINDS
 from .evaluation.report.findings import WINDOW
 from .evaluation.report.worlds import Run, World, worlds_of
 from .evaluation.rows import find_metric, read
@@ -110,12 +112,15 @@ def read_bounds(file: Path) -> tuple[Bound, ...]:
     """Return the bounds of a file.
 
     Raises:
-        InvalidInput: If it cannot be read, or a key of it is wrong.
+        InvalidInput: If it cannot be read, a key of it is wrong, or a metric is one that no single run has.
         UnknownMetric: If it names a metric that nobody registered.
     """
     bounds = validate(BoundsFile, read_toml(file), where=str(file)).bound
     for bound in bounds:
-        find_metric(bound.metric, all_metrics())
+        kind = find_metric(bound.metric, all_metrics()).kind
+        if kind in ("table", "timing"):
+            came = f"{bound.metric} is computed from {KINDS[kind]}"
+            raise InvalidInput(came, str(file), "bound a metric that each run has")
     return bounds
 
 

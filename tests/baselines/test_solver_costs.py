@@ -7,7 +7,7 @@ from torquebench.baselines.mpc import Mpc
 from torquebench.baselines.mpc_offset_free import MpcOffsetFree
 from torquebench.baselines.mpc_tool import MpcTool
 from torquebench.baselines.operation_costs import operation_costs
-from torquebench.baselines.operation_graph import TickGraph, cholesky, count_graph
+from torquebench.baselines.operation_graph import TickGraph, cholesky, count_graph, forward
 from torquebench.baselines.solver_costs import backward, factorisation, limit_rows, program_iteration
 from torquebench.baselines.spiking_adaptive import SpikingAdaptive
 from torquebench.baselines.viability import viable_accelerations
@@ -101,3 +101,45 @@ def test_the_bounds_in_the_graph_are_the_kernels(bench):
 def operation_free(graph, inputs, values):
     """Return the free acceleration with unit inertia and no free torque: minus the bias."""
     return np.array(ca.Function("b", inputs, [-graph.bias()])(*values)).ravel()
+
+
+@pytest.mark.parametrize(("variables", "rows"), [(3, 5), (7, 4), (14, 14)])
+def test_the_formula_of_an_iteration_is_its_graph(variables, rows):
+    """Two substitutions, Hessian, rows and transposed rows times a vector, written out and counted one by one.
+
+    The formula takes a square for each substitution pair: its diagonal's divisions are counted beside it.
+    """
+    factor = ca.SX.sym("l", ca.Sparsity.lower(variables))
+    hessian, matrix = ca.SX.sym("h", variables, variables), ca.SX.sym("a", rows, variables)
+    right, dual = ca.SX.sym("g", variables), ca.SX.sym("z", rows)
+    step = backward(ca.densify(factor), forward(ca.densify(factor), right))
+    inputs = [factor, hessian, matrix, right, dual]
+    found = count_graph(ca.Function("f", inputs, [step, hessian @ right, matrix @ right, matrix.T @ dual])).operations
+    formula = program_iteration(variables, rows, is_projection=False)
+    assert formula.macs - found.multiplications == variables
+    assert found.divisions == 2 * formula.divisions == 2 * variables
+
+
+@pytest.mark.parametrize("law", [WholeBodyQp, WholeBodyQpStrict, Mpc, MpcTool, MpcOffsetFree])
+def test_fewer_joints_cost_less_at_every_event_and_keep_less(bench, law):
+    """An arm of six joints must not be charged for seven anywhere: tick, solve, iteration, memory."""
+    seven, six = (operation_costs(bench(arm).model, law()) for arm in ("seven", "six"))
+    assert set(seven.by_event) == set(six.by_event)
+    assert all(seven.by_event[name].arithmetic > six.by_event[name].arithmetic > 0 for name in six.by_event)
+    assert seven.parameters > six.parameters and seven.state > six.state
+
+
+@pytest.mark.parametrize(("law", "number"), [(WholeBodyQp, "posture_stiffness"), (Mpc, "bandwidth")])
+def test_settings_that_are_numbers_change_no_count(bench, law, number):
+    """A gain is read, whatever it is: tuning must not make a law look cheaper."""
+    robot, plain = bench().model, law()
+    tuned = law(**{number: 1.1 * getattr(plain, number)})
+    assert operation_costs(robot, tuned) == operation_costs(robot, plain)
+
+
+def test_an_iteration_grows_with_the_square_of_its_variables_and_linearly_with_its_rows():
+    """Second differences of the formula: 4 for each pair of variables, 2 for each row and variable."""
+    macs = np.array([[program_iteration(v, r, is_projection=False).macs for r in (10, 11, 12)] for v in (5, 6, 7)])
+    assert np.diff(macs, n=2, axis=0) == pytest.approx(4.0)
+    assert np.diff(macs, n=2, axis=1) == pytest.approx(0.0)
+    assert np.diff(macs, axis=1)[:, 0] == pytest.approx([10.0, 12.0, 14.0])

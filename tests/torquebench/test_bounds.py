@@ -149,6 +149,13 @@ def test_names_that_nobody_has_are_no_failed_bounds(kept, tmp_path):
         check_bounds(bounds_of(tmp_path, slip), kept.folder)
 
 
+@pytest.mark.parametrize("metric", ["tick_time_median", "mass_slope_position"])
+def test_a_metric_that_no_run_has_is_found_before_the_runs(tmp_path, metric):
+    """Its bound would always be broken, and read as a controller without values."""
+    with pytest.raises(InvalidInput, match=f"{metric} is computed from"):
+        bounds_of(tmp_path, {"metric": metric, "controller": "cbmc_v3", "at_most": 1.0})
+
+
 @pytest.fixture
 def done(kept, monkeypatch):
     """Lets a run do nothing but name the kept store; counts how often it was asked."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from torquebench.controllers import InvalidInput
-from torquebench.differing import difference
+from torquebench.differing import Difference, difference
 from torquebench.run_difference import run_difference
 from torquebench.scenarios.result import RunResult
 from torquebench.scenarios.store import Store
@@ -169,3 +169,59 @@ def test_json_has_the_verdicts_too(tmp_path, errors, line):
 def test_what_cannot_be_compared_ends_in_one_line(kept, line, names):
     """A folder with a run, a folder that is not there, an address that nobody has."""
     assert isinstance(line("diff", *(name.format(kept=kept.folder) for name in names)).exception, InvalidInput)
+
+
+def test_a_folder_against_itself_differs_in_nothing(tmp_path, errors, line):
+    """Every row is there twice, none moved: a script may ask for exactly this."""
+    folder = shelf(tmp_path / "a", errors, versions={"numpy": "2"})
+    found = difference(folder, folder)
+    assert found == Difference(same=16, unequal=(), other_code=0, only=((), ()), set_up=(), shifts=(), orders=())
+    shown = line("diff", folder, folder)
+    assert shown.return_value == 0
+    assert shown.output == "16 rows under the same address: all the same to the bit\nno mean and no order changed\n"
+
+
+def test_the_other_way_round_every_ratio_is_the_inverse(tmp_path, errors):
+    """What is 20 % better from A to B is worse from B to A by its inverse, with its interval turned over."""
+    changed = {"pid": 3.0 * errors["pid"], "pd_gravity": errors["pd_gravity"], "computed_torque": errors["pid"]}
+    first, second = shelf(tmp_path / "a", errors), shelf(tmp_path / "b", changed, digest="x", commit="b")
+    there, back = difference(first, second), difference(second, first)
+    assert there.only == back.only[::-1] and len(there.only[1]) == 8
+    assert there.set_up == tuple((name, two, one) for name, one, two in back.set_up)
+    assert [(order.first, order.second) for order in there.orders] == [(o.second, o.first) for o in back.orders]
+    pairs = list(zip(there.shifts, back.shifts, strict=True))
+    assert len(pairs) == 4 and {one.comparison.controller for one, _ in pairs} == {"pid / none"}
+    for one, other in pairs:
+        assert one.comparison.gmr * other.comparison.gmr == pytest.approx(1.0)
+        forth, again = one.comparison.interval_new_motions, other.comparison.interval_new_motions
+        assert (forth.low * again.high, forth.high * again.low) == pytest.approx((1.0, 1.0))
+        assert {one.comparison.verdict, other.comparison.verdict} == {"better", "worse"}
+
+
+def test_long_lists_are_cut_for_people_and_whole_in_json(tmp_path, errors, line):
+    """A hundred runs that only one folder has are one number and twenty names."""
+    laws = [f"law_{number}" for number in range(5)]
+    more = {**errors, **dict.fromkeys(laws, errors["pid"])}
+    folders = shelf(tmp_path / "a", errors), shelf(tmp_path / "b", more)
+    shown = line("diff", *folders).output.splitlines()
+    (start,) = (place for place, text in enumerate(shown) if text == "40 runs only in B")
+    assert all(text.startswith("  law_") for text in shown[start + 1 : start + 21])
+    assert shown[start + 21] == "  and 20 more: --json lists all"
+    assert len(json.loads(line("diff", *folders, "--json").output)["only"][1]) == 40
+
+
+def test_what_one_run_has_more_than_the_other_is_none_on_the_other_side(kept):
+    """Set side by side in either order, the same things are named, with their values changed over."""
+    with Store.read(kept.folder) as store:
+        first, second = store.runs()[:2]
+    metrics = {window: dict(entries) for window, entries in second.result.metrics.items()}
+    del metrics["run"]["joint_error_mean"]
+    second = replace(second, result=replace(second.result, metrics=metrics))
+    there, back = run_difference(first, second), run_difference(second, first)
+    assert there.specification == tuple((name, two, one) for name, one, two in back.specification)
+    assert [(m.metric, m.first, m.second) for m in there.metrics] == [
+        (m.metric, m.second, m.first) for m in back.metrics
+    ]
+    (lost,) = (m for m in there.metrics if (m.window, m.metric) == ("run", "joint_error_mean"))
+    assert lost.first is not None and lost.second is None and lost.unit == "rad"
+    assert not run_difference(first, first).metrics and not run_difference(first, first).broken

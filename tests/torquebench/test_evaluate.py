@@ -57,6 +57,17 @@ def test_metrics_may_be_chosen_and_one_that_cannot_be_had_is_an_error():
         assert isinstance(error, EvaluationError) and says in str(error)
 
 
+@pytest.mark.parametrize(
+    ("asked", "says"),
+    [("recovery_time_settled", "a run with load events and its twins"), ("tick_time_p99", "wall times"),
+     ("time_lag,mass_slope_position", "values or curves of several runs")],
+)  # fmt: skip
+def test_a_metric_of_more_than_a_log_is_no_empty_table(asked, says):
+    """Status 0 and no line would read as if nothing had been asked."""
+    error = call(LOG, "--map", MAP, "--metrics", asked).exception
+    assert isinstance(error, InvalidInput) and f"is computed from {says}" in str(error)
+
+
 TIME_ONLY = 't = "time"'
 
 

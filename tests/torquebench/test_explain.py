@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from torquebench.controllers import InvalidInput, UnknownName
 from torquebench.evaluation.errors import UnknownMetric
 from torquebench.explaining import explain
@@ -155,3 +157,29 @@ def test_a_flat_zero_is_drawn_as_nothing():
     """A perfect run has no bar, and no division by zero."""
     text = plot(np.arange(3.0), np.zeros(3), title="t")
     assert not set(text) & set(BLOCKS[1:])
+
+
+curves = st.lists(st.floats(0.0, 1e6), min_size=1, max_size=400)
+
+
+@given(curves, st.integers(2, 80), st.integers(2, 12))
+def test_a_plot_has_its_size_and_its_ends_whatever_the_curve(values, width, height):
+    """A terminal is as wide as it is: title, rows, axis; never a column more than asked for."""
+    y = np.array(values)
+    title, *rows, axis = plot(np.arange(len(y)) * 0.5, y, title="t", width=width, height=height).splitlines()
+    bodies = [row.partition("\N{BOX DRAWINGS LIGHT VERTICAL}")[2] for row in rows]
+    assert title == "t" and len(rows) == height and axis.endswith(f"{0.5 * (len(y) - 1):g} s")
+    assert {len(body) for body in bodies} == {min(width, len(y))}
+    assert set("".join(bodies)) <= set(BLOCKS)
+
+
+@given(curves, st.integers(2, 12))
+def test_a_higher_sample_never_has_a_lower_bar(values, height):
+    """With a column for each sample the bars stand in the order of the values, and every value but zero is seen."""
+    y = np.array(values)
+    rows = plot(np.arange(len(y)), y, title="t", width=len(y), height=height).splitlines()[1:-1]
+    bodies = [row.partition("\N{BOX DRAWINGS LIGHT VERTICAL}")[2] for row in rows]
+    bars = np.array([sum(BLOCKS.index(body[column]) for body in bodies) for column in range(len(y))])
+    assert all(np.diff(bars[np.argsort(y, kind="stable")]) >= 0)
+    assert bars.max() == (8 * height if y.max() > 0.0 else 0)
+    assert all(bars[y > 1e-6 * y.max()] > 0)

@@ -23,6 +23,7 @@ def command(log: Path, mapping: Path, chosen: str, as_json: bool) -> None:
     from ..controllers import InvalidInput
     from ..evaluation.errors import MissingFields
     from ..evaluation.metrics import evaluate, missing_fields
+    from ..evaluation.metrics.catalogue import KINDS
     from ..own_log import read_log
     from ..plug_in_metrics import all_metrics
 
@@ -33,6 +34,9 @@ def command(log: Path, mapping: Path, chosen: str, as_json: bool) -> None:
     if ids is not None:
         for name, fields in missing.items():
             raise MissingFields(name, fields)
+        for name in ids:
+            if metrics[name].kind != "log":
+                raise InvalidInput(f"{name} is computed from {KINDS[metrics[name].kind]}", "--metrics", "leave it out")
     windows = evaluate(read, ids, metrics=metrics)
     if not windows:
         span = f"times from {read.t[0]:.6g} s to {read.t[-1]:.6g} s hold no whole lap from 0 on"
