@@ -162,6 +162,16 @@ def test_a_mean_of_a_set_is_over_its_own_motions(summary, tmp_path):
     assert cells(page, "third")[1:] == ["", "", "500.00", "25.00 (20.00 to 30.00)", "1 of 4"]
 
 
+def test_a_world_of_one_set_takes_its_ratios_from_its_comparisons(summary, tmp_path):
+    """Where nothing was run on new motions the report splits nothing, and the page has no figure for them."""
+    (world,) = summary["worlds"]
+    world["comparisons"], world["motion_sets"] = [pair("mine / none", 0.1, 0.05, 0.2)], {}
+    world["controllers"] = {"mine / none": controller(T1=0.001), "factory / none": controller(T1=0.010)}
+    page = written(summary, tmp_path)["precision.md"]
+    assert cells(page, "mine")[1:] == ["1.00", "0.10 (0.050 to 0.20)", "", "", "0 of 4"]
+    assert cells(page, "| `factory")[1:] == ["10.00", "1 (the reference)", "", "", "0 of 4"]
+
+
 def test_rows_stand_by_their_error_and_granted_knowledge_apart(summary, tmp_path):
     page = written(summary, tmp_path)["precision.md"]
     assert re.findall(r"^\| `(\w+) / |^## (\w+)", page, re.MULTILINE) == [

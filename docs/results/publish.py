@@ -148,9 +148,12 @@ def _set_mean(world: Mapping[str, Any], label: str, motions: str) -> float | Non
 
 
 def _ratio(world: Mapping[str, Any], label: str, motions: str) -> str:
+    if _set_mean(world, label, motions) is None:
+        return ""
     if label == world["reference"]:
         return "1 (the reference)"
-    for pair in world["motion_sets"].get(motions, ()):
+    # A world of one set of motions is not split: all of its comparisons are on that set.
+    for pair in world["motion_sets"].get(motions, world["comparisons"]):
         if pair["controller"] == label and f"run.{pair['metric']}" == METRICS[0] and pair["gmr"] is not None:
             interval = pair["interval_new_motions"]
             low, high = (interval or {}).get("low"), (interval or {}).get("high")
