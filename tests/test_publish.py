@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 RESULTS = Path(__file__).parents[1] / "docs" / "results"
 SCRIPT = RESULTS / "publish.py"
@@ -116,6 +118,15 @@ def test_the_short_table_of_the_readme_has_rows_of_the_whole_one():
 @pytest.mark.parametrize("name", ["summary.json", *PAGES])
 def test_no_published_file_names_a_folder_of_a_machine(name):
     assert not re.search(r"[\s\"'`=(]/(?:tmp|home|root|work|Users)\b", (RESULTS / name).read_text(encoding="utf-8"))
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_published_number_is_rounded_once(number):
+    """Half a unit of the sixth digit at most, and rounding what is rounded changes nothing: files come out the same."""
+    (once,) = publish._rounded([number])
+    assert abs(once - number) <= 5.1e-6 * abs(number) + 1e-320
+    assert publish._rounded({"a": once}) == {"a": once}
+    assert publish._rounded([3, True, None, "3.14159265"]) == [3, True, None, "3.14159265"]
 
 
 def test_the_command_names_where_the_results_went_by_the_last_folder_only(summary):

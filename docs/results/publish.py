@@ -22,7 +22,10 @@ METRICS = (
     "run.torque_rate_rms",
 )
 FIGURES = ("mean", "runs", "failures", "by_trajectory", "by_mass")
-WORLD = ("facts", "runs", "reference", "ranking", "sentences", "comparisons", "motion_sets", "materials")
+WORLD = (
+    *("facts", "runs", "reference", "ranking", "sentences", "comparisons", "motion_sets", "materials"),
+    *("adaptation", "resilience", "modules", "efficiency"),
+)
 SETS = {"paper": "T", "further": "M"}
 """First letter of the trajectories of each set of motions."""
 
@@ -53,12 +56,26 @@ PRECISION_COLUMNS = """
 
 def shortened(summary: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is published of a report's ``summary.json``; of what was published already, the same again."""
+    kept: dict[str, Any] = _rounded(_kept(summary))
+    return kept
+
+
+def _kept(summary: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "schema": summary["schema"],
         "campaigns": [_campaign(campaign) for campaign in summary["campaigns"]],
         "claims": summary["claims"],
         "worlds": [_world(world) for world in summary["worlds"]],
     }
+
+
+def _rounded(value: Any) -> Any:
+    """Return a value with every number at six significant digits: nobody reads more, and differences stay readable."""
+    if isinstance(value, float):
+        return float(f"{value:.6g}")
+    if isinstance(value, Mapping):
+        return {name: _rounded(part) for name, part in value.items()}
+    return [_rounded(part) for part in value] if isinstance(value, list) else value
 
 
 def _campaign(campaign: Mapping[str, Any]) -> dict[str, Any]:
@@ -72,7 +89,7 @@ def _world(world: Mapping[str, Any]) -> dict[str, Any]:
         label: {"metrics": {name: _figures(own["metrics"][name]) for name in METRICS if name in own["metrics"]}}
         for label, own in world["controllers"].items()
     }
-    return {name: world[name] for name in WORLD} | {"controllers": controllers}
+    return {name: world[name] for name in WORLD if name in world} | {"controllers": controllers}
 
 
 def _figures(metric: Mapping[str, Any]) -> dict[str, Any]:
@@ -174,7 +191,7 @@ def publish(report: Path, folder: Path) -> None:
         folder: Where ``summary.json``, ``claims.md`` and ``precision.md`` are written.
     """
     summary = shortened(json.loads((report / "summary.json").read_text(encoding="utf-8")))
-    text = json.dumps(summary, sort_keys=True, separators=(",", ":"), allow_nan=False) + "\n"
+    text = json.dumps(summary, sort_keys=True, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     for name, content in {
         "summary.json": text,
         "claims.md": claims_page(summary),
