@@ -5,6 +5,8 @@ import sys
 
 import click
 
+from .nearest import NearestGroup
+
 COMMANDS = {
     "run": "Run a benchmark and write its report.",
     "report": "Write the report of a results folder again.",
@@ -22,7 +24,7 @@ COMMANDS = {
 }
 
 
-class LazyGroup(click.Group):
+class LazyGroup(NearestGroup):
     """A group whose commands are imported when they are called; their one line of help is known before."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -35,16 +37,6 @@ class LazyGroup(click.Group):
             return None
         command: click.Command = importlib.import_module(f".commands.{cmd_name}", __package__).command
         return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find a command, or name the nearest one."""
-        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            from .controllers.errors import UnknownName
-
-            raise UnknownName("command", args[0], tuple(COMMANDS))
-        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands without importing them."""

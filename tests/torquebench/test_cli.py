@@ -109,6 +109,7 @@ def test_failed_runs_end_in_status_1_and_the_report_is_written(tmp_path, small):
 
 WRONG = {
     "command": (("rnu",), "did you mean 'run'"),
+    "command of a group": (("train", "cerebelum"), "did you mean 'cerebellum'"),
     "benchmark": (("run", "quikc"), "did you mean 'quick'"),
     "benchmark file": (("run", "missing.toml"), "missing.toml"),
     "controller": (("run", "quick", "--controllers", "flexiv_factry"), "did you mean 'flexiv_factory'"),

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..nearest import NearestGroup
+
 if TYPE_CHECKING:
     from ..cbmc.patterns import Patterns
     from ..cbmc.training.watch import Watch
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 TIERS = "ideal,actuated,tight_rate,elastic,paper_bullet"
 
 
-@click.group("train")
+@click.group("train", cls=NearestGroup)
 def command() -> None:
     """Train what controllers learn before they run."""
 
