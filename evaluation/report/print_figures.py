@@ -9,6 +9,8 @@ from matplotlib.figure import Figure as Sheet
 
 from ...controllers import InvalidInput, UnknownName
 from ...scenarios.store import Store
+from ..errors import UnknownMotionSet
+from ..motion_sets import MOTION_SETS, PAPER
 from .charts import Axis, Chart
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import HEADLINES, POSITION, Findings, find_all
@@ -21,21 +23,25 @@ SPIKING = "cbmc_v3"
 """The paper's own controller: beside the reference, the one that its figures show."""
 
 
-def print_figures(store_folder: Path, out: Path, controllers: Sequence[str] = ()) -> list[Path]:
+def print_figures(store_folder: Path, out: Path, controllers: Sequence[str] = (), motions: str = PAPER) -> list[Path]:
     """Write every figure of a run store as SVG and PDF; the same store gives the same bytes.
 
     Args:
         store_folder: Folder of the store.
         out: Folder of the figures.
         controllers: Labels of the controllers by mass and over time; the reference and the spiking one if empty.
+        motions: Set of motions of the figures by mass, where a world has several.
 
     Returns:
         The files.
 
     Raises:
+        UnknownMotionSet: If there is no such set.
         InvalidInput: If the folder holds no run store, or the figures cannot be written.
         UnknownName: If no run has such a label.
     """
+    if motions not in MOTION_SETS:
+        raise UnknownMotionSet(motions, tuple(MOTION_SETS))
     with Store.read(store_folder) as store:
         findings = find_all(worlds_of(store.runs(), store.campaigns()))
         panels = [panels_of(found, store) for found in findings]
@@ -46,7 +52,7 @@ def print_figures(store_folder: Path, out: Path, controllers: Sequence[str] = ()
     files = []
     with look():
         for found, extra in zip(findings, panels, strict=True):
-            for name, sheet in _sheets(found, extra, chosen(found, controllers)):
+            for name, sheet in _sheets(found, extra, chosen(found, controllers), motions):
                 files += _write(sheet, out, f"{found.world.id}-{name}")
     return files
 
@@ -77,14 +83,14 @@ def _write(sheet: Sheet, out: Path, name: str) -> list[Path]:
     return files
 
 
-def _sheets(findings: Findings, panels: Panels, labels: Sequence[str]) -> Iterator[tuple[str, Sheet]]:
+def _sheets(findings: Findings, panels: Panels, labels: Sequence[str], motions: str) -> Iterator[tuple[str, Sheet]]:
     """Yield name and sheet of every figure that a world has data for."""
     ratios = [ratio_figure(findings, metric) for metric in HEADLINES]
     dots = [trajectory_figure(findings, metric) for metric in HEADLINES]
     for name, figures in (("intervals", ratios), ("errors-by-trajectory", dots)):
         if able := [figure for figure in figures if figure is not None]:
             yield name, _rows(able)
-    if (masses := mass_sheet(findings, labels)) is not None:
+    if (masses := mass_sheet(findings, labels, motions)) is not None:
         yield "errors-by-mass", masses
     if panels.laps:
         yield "errors-by-lap", _side_by_side(panels.laps)

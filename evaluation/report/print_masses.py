@@ -9,6 +9,7 @@ from matplotlib.figure import Figure as Sheet
 from matplotlib.patches import Patch
 
 from ..metrics import METRICS
+from ..motion_sets import PAPER, rows_in, sets_in
 from ..rows import RunRow, read
 from .drawing import COLOURS
 from .findings import HEADLINES, WINDOW, Findings
@@ -38,12 +39,15 @@ class MassRange:
 
 
 def mass_range(rows: Sequence[RunRow], metric: str) -> MassRange | None:
-    """Return the range of rows of one controller, group and load; None without a value."""
+    """Return the range of rows of one controller, group and load; None without a run that finished with a value.
+
+    A failed run has no error to draw, only a cost: the legend says how many there are.
+    """
     found: dict[str, list[float]] = {}
     for row in rows:
-        magnitude = read(row, METRICS[metric], WINDOW).magnitude
-        if magnitude is not None:
-            found.setdefault(row.trajectory, []).append(magnitude)
+        reading = read(row, METRICS[metric], WINDOW)
+        if reading.magnitude is not None and reading.status != "failed":
+            found.setdefault(row.trajectory, []).append(reading.magnitude)
     if not found:
         return None
     means = [float(np.mean(values)) for values in found.values()]
@@ -51,14 +55,16 @@ def mass_range(rows: Sequence[RunRow], metric: str) -> MassRange | None:
     return MassRange(min(means), max(means), min(single), max(single))
 
 
-def mass_sheet(findings: Findings, labels: Sequence[str]) -> Sheet | None:
+def mass_sheet(findings: Findings, labels: Sequence[str], motions: str = PAPER) -> Sheet | None:
     """Return a panel for each material and headline metric; None with fewer than two loads.
 
     Args:
         findings: The world's findings.
         labels: The controllers.
+        motions: Which set of motions, where a world has several.
     """
     rows = [row for row in findings.world.rows if row.controller in labels]
+    rows = rows_in(rows, motions) if sets_in(rows) else rows
     if len({row.mass for row in rows}) < 2:
         return None
     materials = sorted({row.material for row in rows} - {""}) or [""]
@@ -70,12 +76,21 @@ def mass_sheet(findings: Findings, labels: Sequence[str]) -> Sheet | None:
             # What carries nothing has no material, and belongs to every one.
             _panel(axes, [row for row in rows if row.material in ("", material)], metric, labels, groups)
             axes.set_title(f"{SUBJECTS[metric].capitalize()} error, {material or 'all loads'}", loc="left")
-    shown = [Patch(facecolor=COLOURS[place % len(COLOURS)], label=label) for place, label in enumerate(labels)]
+    shown = [
+        Patch(facecolor=COLOURS[place % len(COLOURS)], label=_named(label, rows)) for place, label in enumerate(labels)
+    ]
     shown += [
         Patch(facecolor="white", edgecolor="black", hatch=_hatch(i), label=g or "all") for i, g in enumerate(groups)
     ]
     sheet.legend(handles=shown, loc="outside lower center", ncols=4)
     return sheet
+
+
+def _named(label: str, rows: Sequence[RunRow]) -> str:
+    """Return a controller with what of it is not drawn."""
+    own = [row for row in rows if row.controller == label and row.status != "refused"]
+    failed = sum(row.status == "failed" for row in own)
+    return f"{label} ({failed} of {len(own)} runs failed, not drawn)" if failed else label
 
 
 def _panel(axes: Axes, rows: Sequence[RunRow], metric: str, labels: Sequence[str], groups: Sequence[str]) -> None:

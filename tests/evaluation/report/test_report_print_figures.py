@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from torquebench.controllers import InvalidInput, UnknownName
+from torquebench.evaluation.errors import UnknownMotionSet
 from torquebench.evaluation.report.charts import Axis, Chart, Curve
 from torquebench.evaluation.report.findings import POSITION, find_all
 from torquebench.evaluation.report.worlds import worlds_of
@@ -159,3 +160,31 @@ def test_what_cannot_be_drawn_or_written_ends_in_one_line(shelf, tmp_path):
         print_figures.print_figures(shelf.folder, tmp_path / "file")
     with pytest.raises(InvalidInput, match="holds no run store"):
         print_figures.print_figures(tmp_path, tmp_path)
+
+
+def test_a_failed_run_is_named_and_not_drawn(shelf, tmp_path):
+    """At its cost of half a metre it would leave room for nothing else, and without a word it would be hidden."""
+    shelf.grid(SCALES, masses=(1.5, 2.5))
+    shelf.fail(shelf.specification("cbmc_v3", "none", "T3", 2.5))
+    files = drawn(shelf.campaign(), tmp_path)
+    words = words_of(files["w1-errors-by-mass.svg"])
+    assert "cbmc_v3 / none (1 of 16 runs failed, not drawn)" in words
+    assert "flexiv_factory / none" in words
+    ticks = [float(word) for word in words if re.fullmatch(r"\d+(\.\d+)?", word)]
+    assert max(ticks) < 200.0
+
+
+def test_of_several_sets_of_motions_one_is_drawn(shelf, tmp_path):
+    """The paper's ranges are over its own eight motions; another set is asked for by name, and a wrong one refused."""
+    shelf.grid({("cbmc_v3", "none"): 20e-3}, masses=(1.5, 2.5))
+    shelf.grid({("cbmc_v3", "none"): 90e-3}, trajectories=("M1", "M2"), masses=(1.5, 2.5))
+    shelf.store.close()
+    with Store.read(shelf.folder) as store:
+        (findings,) = find_all(worlds_of(store.runs(), store.campaigns()))
+    tops = {}
+    for motions in ("paper", "further"):
+        sheet = print_masses.mass_sheet(findings, ["cbmc_v3 / none"], motions)
+        tops[motions] = sheet.axes[0].dataLim.y1
+    assert tops["further"] > 2.0 * tops["paper"]
+    with pytest.raises(UnknownMotionSet, match="known: paper, further, extended"):
+        print_figures.print_figures(shelf.folder, tmp_path, motions="papre")
