@@ -90,7 +90,8 @@ def read(row: RunRow, metric: Metric[...], window: str) -> Reading:
 
     Args:
         row: The run.
-        metric: Which metric; its ``fail_value`` stands for failed runs and for values with a sample not finite.
+        metric: Which metric; its ``fail_value`` stands for failed runs and for values with a sample not finite, its
+            ``resolution`` for smaller magnitudes.
         window: Which window.
 
     Returns:
@@ -110,7 +111,7 @@ def read(row: RunRow, metric: Metric[...], window: str) -> Reading:
     if metric.better == "higher" and stored["value"] < 0.0:
         # Of two negative scores the magnitude would call the worse one the better, and their ratio says nothing.
         return Reading(None, "undefined")
-    return Reading(abs(float(stored["value"])), stored["status"])
+    return Reading(max(abs(float(stored["value"])), metric.resolution), stored["status"])
 
 
 def runs_by_key(rows: Iterable[RunRow], controller: str) -> dict[Key, RunRow]:

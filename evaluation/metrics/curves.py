@@ -6,6 +6,8 @@ import numpy as np
 
 from .registry import UNDEFINED, Censored
 
+TICK = 1e-3
+"""What a recovery in no time at all counts as in ratios: one control period, for nobody looked between two [s]."""
 DWELL = 0.5
 """How long an error must stay small to count as recovered [s]."""
 PEAK_WINDOW = 2.5

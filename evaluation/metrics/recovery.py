@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from .curves import between, first_stay, last_cycles
+from .curves import TICK, between, first_stay, last_cycles
 from .registry import UNDEFINED, metric, variant
 
 NEEDS = ("error", "error_old", "error_new", "event", "until", "lap", "dt")
@@ -54,6 +54,7 @@ def _settled(
     source="excess over the new load's twin at most 25 % of the error before, for 0.5 s",
     label="recovery, settled (25 %)",
     kind="twins",
+    resolution=TICK,
 )
 def recovery_time_settled(
     error: np.ndarray,
@@ -114,6 +115,7 @@ recovery_time_settled_position = variant(
     source="excess over the old load's twin at most 25 % of the error before, for 0.5 s",
     label="recovery, as if nothing had happened",
     kind="twins",
+    resolution=TICK,
 )
 def recovery_time_nominal(
     error: np.ndarray, error_old: np.ndarray, event: float, until: float, lap: float, dt: float

@@ -61,7 +61,7 @@ class Metric(Generic[Arguments]):
     Attributes:
         id: The function's name; an id is forever.
         unit: Unit of the value.
-        better: Which direction of the value's magnitude is better.
+        better: Which direction of the value is better.
         family: The file it lives in, for example ``"precision"``.
         needs: Names of its arguments, which are field names of a log.
         source: Where the definition comes from.
@@ -70,6 +70,7 @@ class Metric(Generic[Arguments]):
         version: Grows when the formula changes.
         function: The bare formula, without the shared checks.
         kind: What it is computed from; only metrics of a log are computed for every run.
+        resolution: Smallest magnitude that it can tell from zero, in ``unit``: what a smaller one counts as in ratios.
     """
 
     id: str
@@ -83,6 +84,7 @@ class Metric(Generic[Arguments]):
     version: int
     function: Callable[Arguments, float]
     kind: Kind = "log"
+    resolution: float = 0.0
 
     def __post_init__(self) -> None:
         """Take over the function's name and docstring, so that help and documentation show them."""
@@ -165,6 +167,7 @@ def metric(
     fail_value: float | None = None,
     version: int = 1,
     kind: Kind = "log",
+    resolution: float = 0.0,
 ) -> Callable[[Callable[Arguments, float]], Metric[Arguments]]:
     """Make a metric of a function of bare arrays.
 
@@ -174,7 +177,7 @@ def metric(
     Args:
         unit: Unit of the value, for example ``"m"``; ``"1"`` for a share, which tables show as per cent, ``"-"`` for a
             number that is none.
-        better: Which direction of the value's magnitude is better; ``"none"`` if it only describes.
+        better: Which direction of the value is better; ``"none"`` if it only describes.
         family: The family's word, for example ``"precision"``.
         needs: The function's argument names, which are field names of a log.
         source: Where the definition comes from.
@@ -182,6 +185,7 @@ def metric(
         fail_value: What a failed run counts as in ratios, in ``unit``.
         version: Grows when the formula changes.
         kind: What it is computed from.
+        resolution: Smallest magnitude that it can tell from zero, in ``unit``.
 
     Returns:
         A decorator that turns the function into a :class:`Metric`.
@@ -195,7 +199,7 @@ def metric(
         if names != needs:
             raise TypeError(f"{function.__name__} takes {names} but declares that it needs {needs}")
         words = (unit, better, family, needs, source, label)
-        return Metric(function.__name__, *words, fail_value, version, function, kind)
+        return Metric(function.__name__, *words, fail_value, version, function, kind, resolution)
 
     return decorate
 

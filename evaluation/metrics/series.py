@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .curves import between, first_stay, last_cycles, moving_average
+from .curves import TICK, between, first_stay, last_cycles, moving_average
 from .registry import UNDEFINED, metric
 
 WIDENED = 0.10
@@ -30,6 +30,7 @@ def phase_matched(cycle: np.ndarray, rows: int) -> np.ndarray:
     source="a reading of the paper: the mean curve stays for 0.5 s in the 10 % wider band of its last two laps",
     label="recovery, paper style",
     kind="table",
+    resolution=TICK,
 )
 def recovery_time_paper_style(errors: np.ndarray, event: float, until: float, lap: float, dt: float) -> float:
     """Time from an event until the mean error does what it does in its last two laps before the next event.
@@ -70,6 +71,7 @@ def recovery_time_paper_style(errors: np.ndarray, event: float, until: float, la
     source="excess over the phase-matched last lap stays below max(20 % of its peak, 5 mrad); 100 ms average",
     label="recovery, cycle band (sigma was fitted with this)",
     kind="table",
+    resolution=TICK,
 )
 def recovery_time_cycle_band(errors: np.ndarray, event: float, until: float, lap: float, dt: float) -> float:
     """Time from an event until the mean error stays near its last lap before the next event.

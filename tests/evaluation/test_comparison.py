@@ -16,6 +16,8 @@ from torquebench.evaluation import (
     compare_all,
     decide,
 )
+from torquebench.evaluation.metrics import METRICS
+from torquebench.evaluation.rows import Reading, read
 
 ERROR = "tcp_position_error_mean"
 EASE = {f"T{i}": ratio for i, ratio in enumerate([0.8, 0.75, 0.9, 0.7, 0.85, 0.95, 0.6, 0.88], start=1)}
@@ -253,6 +255,15 @@ def test_a_large_family_needs_more_trajectories(decided):
     """Eight trajectories decide for at most six opponents."""
     assert decide(replace(decided, family=6)) == "better"
     assert decide(replace(decided, family=7)) == "not enough to decide"
+
+
+def test_a_recovery_in_no_time_counts_as_one_tick(grid):
+    """A zero has no logarithm, and a floor of a nanosecond would make a ratio of a thousand millions out of it."""
+    row = grid.row("a", "T1", 1.5, 0, 0.01)
+    for stored, counted in ((0.0, 1e-3), (2.5, 2.5)):
+        entry = {"value": stored, "unit": "s", "status": "ok"}
+        own = replace(row, metrics={"run": {"recovery_time_settled": entry}})
+        assert read(own, METRICS["recovery_time_settled"], "run") == Reading(counted, "ok")
 
 
 def test_what_holm_takes_back_is_undecided_in_its_family(decided):
