@@ -1,5 +1,6 @@
 """Writes the report of a results folder for the commands."""
 
+import os
 from dataclasses import asdict
 from pathlib import Path
 
@@ -28,6 +29,7 @@ def report(folder: Path) -> Path:
             gravity_of=lambda run: gravity_errors_of(run.specification),
             conformance_of=lambda run: conformance_of(run.specification),
             skeleton_of=skeleton_of,
+            workers=os.cpu_count() or 1,
         ).index
     except OSError as cause:
         raise InvalidInput(

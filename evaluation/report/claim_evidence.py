@@ -16,7 +16,7 @@ from .gravity import GRAVITY, GravityErrors
 from .modules import figure_of
 from .panels import Panels
 from .resilience import REPEATED, Resilience, events_of
-from .traces import Curves, read_curves
+from .traces import GAINS, Curves, read_curves
 from .worlds import CONSTANT, Run, World
 
 ROBOT = "rizon4s"
@@ -78,8 +78,8 @@ def _evidence(world: World, panels: Panels, store: Store | None, runs: RunSet) -
     rows, gains = [], dict[str, list[tuple[np.ndarray, np.ndarray, int]]]()
     for run in members:
         figures = {**_of_run(run), **_rate(run, changes), **_of_arithmetic(run, panels)}
-        curves = read_curves(store, run) if store is not None else None
-        if curves is not None and {"stiffness", "damping"} <= set(curves.shown):
+        curves = read_curves(store, run, GAINS) if store is not None else None
+        if curves is not None and set(GAINS) <= set(curves.shown):
             stiffness, damping, lap = _gains(curves, int(world.facts["Laps"]))
             gains.setdefault(run.row.controller, []).append((stiffness, damping, lap))
             figures |= _of_gains(stiffness, damping)

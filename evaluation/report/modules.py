@@ -9,7 +9,7 @@ import numpy as np
 from ...scenarios.store import Store
 from ..metrics import METRICS, gain_correlation_by_joint, less_lap_mean
 from .spread import Spread
-from .traces import Curves, read_curves
+from .traces import GAINS, Curves, read_curves
 from .worlds import Run, World
 
 SWEPT = ("light_only", "heavy_only", "cbmc_v3")
@@ -176,8 +176,8 @@ def _slopes(runs: Sequence[Run]) -> Spread:
 def _gains(runs: Sequence[Run], store: Store, laps: int) -> Gains | None:
     """Return the gains of a controller from the first of its traces, spread over them evenly."""
     chosen = runs if len(runs) <= MOST_TRACES else [runs[i * len(runs) // MOST_TRACES] for i in range(MOST_TRACES)]
-    read = [(run, curves) for run in chosen if (curves := read_curves(store, run)) is not None]
-    able = [(run, curves) for run, curves in read if {"stiffness", "damping"} <= set(curves.shown)]
+    read = [(run, curves) for run in chosen if (curves := read_curves(store, run, GAINS)) is not None]
+    able = [(run, curves) for run, curves in read if set(GAINS) <= set(curves.shown)]
     moving = [(run, c) for run, c in able if np.ptp(c.shown["stiffness"], axis=0).any()]
     if not moving:
         return None
@@ -196,7 +196,7 @@ def _gains(runs: Sequence[Run], store: Store, laps: int) -> Gains | None:
 
 def _correlations(curves: Curves, laps: int) -> dict[str, np.ndarray]:
     """Return each joint's correlation: as it is, less its lap means, and without the start-up."""
-    gains = [curves.shown[name] for name in ("stiffness", "damping")]
+    gains = [curves.shown[name] for name in GAINS]
     gains = [gain[: min(map(len, gains))] for gain in gains]
     dt, start = curves.periods["stiffness"], curves.starts["stiffness"]
     late = max(0, int(np.ceil((START_UP - start) / dt)))

@@ -1,6 +1,6 @@
 """What the kept traces of a store hold for the page: error curves and what controllers showed of themselves."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +9,10 @@ from ...controllers import InvalidInput
 from ...scenarios.store import Store
 from .worlds import Run
 
+DRAWN = ("t", "q", "q_ref")
+"""What every curve is made of."""
+GAINS = ("stiffness", "damping")
+"""Diagnostics of a controller that regulates its gains."""
 TICK = 1e-3
 """Control period where a run did not note it [s]."""
 
@@ -37,17 +41,18 @@ class Curves:
         return len(self.error) * self.dt
 
 
-def read_curves(store: Store, run: Run) -> Curves | None:
+def read_curves(store: Store, run: Run, shown: Sequence[str] = ()) -> Curves | None:
     """Return a run's trace; None if it did not finish, or its trace was not kept, is missing or damaged.
 
     Args:
         store: An open store.
         run: One of its runs.
+        shown: What of the controller's diagnostics is read too.
     """
     if run.stored.result.status != "ok" or not run.stored.trace:
         return None
     try:
-        trace = store.trace(run.stored.trace)
+        trace = store.trace(run.stored.trace, {*DRAWN, *(f"diagnostics/{name}" for name in shown)})
         return _curves(trace, run)
     except (InvalidInput, KeyError, ValueError, IndexError):
         # A trace that cannot be read costs its curve, not the page.

@@ -1,24 +1,25 @@
 """From a run store to the files of a report."""
 
-import os
 import re
-import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 
 from ...controllers import InvalidInput
 from ...scenarios.store import Store
-from .claims import claims_of
+from .atomic import replace_file
+from .claims import ClaimsPanel, claims_of
 from .conformance import ConformanceOf, conformance_table, no_conformance
 from .efficiency import CostsOf, no_costs
 from .exports import comparisons_csv, probes_csv, runs_csv, summary_json
-from .findings import find_all
+from .findings import Findings, find_all
 from .gravity import GravityOf, no_gravity
 from .page import render
-from .panels import panels_of
-from .run_files import all_runs, file_name, robot_key, run_script
+from .panels import Panels, panels_of
+from .run_files import all_runs, robot_key
+from .script_files import scripts_of
+from .table import Table
 from .table_files import table_files
 from .worlds import Run, worlds_of
 
@@ -70,11 +71,12 @@ def write_report(
     gravity_of: GravityOf = no_gravity,
     conformance_of: ConformanceOf = no_conformance,
     skeleton_of: SkeletonOf = no_skeleton,
+    workers: int = 1,
 ) -> ReportFiles:
     """Write the report of a run store; the same store gives the same bytes.
 
-    All texts but those of single runs are made before the first file is touched, and each file is replaced as a whole,
-    so a report that cannot be written leaves the old one as it was.
+    Scripts of single runs apart, all texts are made before the first file is touched, and each file is replaced as a
+    whole, so a report that cannot be made leaves the old page as it was.
 
     Args:
         store_folder: Folder of the store.
@@ -83,6 +85,8 @@ def write_report(
         gravity_of: Knows how well the patterns of spiking controllers know gravity; asked once for each world.
         conformance_of: Checks the contract of controllers; asked once for each.
         skeleton_of: Knows the arms that the replay draws.
+        workers: Processes that write the scripts of single runs, where there are many; more than one must not be asked
+            for by a program that starts itself again when it is imported.
 
     Returns:
         What was written.
@@ -90,44 +94,65 @@ def write_report(
     Raises:
         InvalidInput: If the folder holds no run store, or one that cannot be read, or the report cannot be written.
     """
-    with Store.read(Path(store_folder)) as store:
-        stored, campaigns = store.runs(), store.campaigns()
-        findings = find_all(worlds_of(stored, campaigns))
-        panels = [panels_of(found, store, costs_of, gravity_of) for found in findings]
-        claims = claims_of(findings, panels, store)
+    folder = Path(store_folder) / FOLDER if out is None else Path(out)
+    with Store.read(Path(store_folder)) as store, _told_in_one_line(folder):
+        findings = find_all(worlds_of(store.runs(), store.campaigns()))
         runs = all_runs([found.world for found in findings])
-        conformance = conformance_table(runs, conformance_of)
-        page, figures, tables = render(findings, panels, campaigns, claims, conformance, _robots(runs, skeleton_of))
-        texts = {
-            **{f"{FIGURES}/{name}": text for name, text in figures.items()},
-            **{f"{TABLES}/{name}": text for name, text in table_files(tables).items()},
-            "runs.csv": runs_csv(findings),
-            "comparisons.csv": comparisons_csv(findings),
-            "summary.json": summary_json(findings, panels, campaigns, claims),
-            "index.html": page,
-        }
-        if probes := probes_csv(findings):
-            texts["probes.csv"] = probes
-        # Thousands of scripts are written one by one, before the page that asks for them: all at once they fill memory.
-        scripts = ((f"{RUNS}/{file_name(run)}.js", run_script(run, store)) for run in runs)
-        folder = Path(store_folder) / FOLDER if out is None else Path(out)
-        _write(folder, chain(scripts, texts.items()))
+        _make_folders(folder)
+        with scripts_of(Path(store_folder), folder / RUNS, runs, workers) as scripts:
+            panels = [panels_of(found, store, costs_of, gravity_of) for found in findings]
+            claims = claims_of(findings, panels, store)
+            checked = conformance_table(runs, conformance_of)
+            texts = _texts(findings, panels, store.campaigns(), claims, checked, _robots(runs, skeleton_of))
+            # Scripts come before the page that asks for them.
+            written = scripts()
+        _write(folder, texts, written)
     paths = (folder / name for name in ("index.html", "summary.json", "runs.csv", "comparisons.csv", FIGURES, TABLES))
     return ReportFiles(*paths)
 
 
-def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
+def _texts(
+    findings: Sequence[Findings],
+    panels: Sequence[Panels],
+    campaigns: Sequence[Mapping[str, object]],
+    claims: ClaimsPanel | None,
+    conformance: Table,
+    robots: Mapping[str, object],
+) -> dict[str, str]:
+    """Return all files but the scripts of single runs, by name."""
+    page, figures, tables = render(findings, panels, campaigns, claims, conformance, robots)
+    probes = probes_csv(findings)
+    return {
+        **{f"{FIGURES}/{name}": text for name, text in figures.items()},
+        **{f"{TABLES}/{name}": text for name, text in table_files(tables).items()},
+        "runs.csv": runs_csv(findings),
+        "comparisons.csv": comparisons_csv(findings),
+        "summary.json": summary_json(findings, panels, campaigns, claims),
+        "index.html": page,
+        **({"probes.csv": probes} if probes else {}),
+    }
+
+
+def _make_folders(folder: Path) -> None:
+    for part in (FIGURES, TABLES, RUNS):
+        (folder / part).mkdir(parents=True, exist_ok=True)
+
+
+def _write(folder: Path, texts: Mapping[str, str], scripts: set[Path]) -> None:
     """Write files, and take away figures, tables and scripts that are not among them: they would outlive their data."""
+    for name, text in texts.items():
+        replace_file(folder / name, text)
+    written = scripts | {folder / name for name in texts}
+    ours = {file for part in (FIGURES, TABLES) for file in (folder / part).iterdir() if OURS.fullmatch(file.name)}
+    for file in {*ours, *(folder / RUNS).glob("*.js")} - written:
+        file.unlink()
+
+
+@contextmanager
+def _told_in_one_line(folder: Path) -> Iterator[None]:
+    """Turn what keeps a file from being written into one line."""
     try:
-        for part in (FIGURES, TABLES, RUNS):
-            (folder / part).mkdir(parents=True, exist_ok=True)
-        written = set()
-        for name, text in texts:
-            _replace(folder / name, text)
-            written.add(folder / name)
-        ours = {file for part in (FIGURES, TABLES) for file in (folder / part).iterdir() if OURS.fullmatch(file.name)}
-        for file in {*ours, *(folder / RUNS).glob("*.js")} - written:
-            file.unlink()
+        yield
     except OSError as cause:
         raise InvalidInput(
             f"cannot be written ({cause.strerror})", str(folder), "name another folder for the report"
@@ -139,19 +164,3 @@ def _robots(runs: Iterable[Run], skeleton_of: SkeletonOf) -> dict[str, object]:
     found = {robot_key(run): run.stored.specification for run in runs}
     drawn = {key: skeleton_of(run.robot, run.tool) for key, run in found.items()}
     return {key: skeleton for key, skeleton in drawn.items() if skeleton is not None}
-
-
-def _replace(file: Path, text: str) -> None:
-    """Write a file under a temporary name and put it in place; what is there already is left alone."""
-    if file.is_file() and file.read_bytes() == text.encode():
-        return
-    descriptor, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.", suffix=".tmp")
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        # A temporary file is private to its owner; a report is made to be shared.
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, file)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise

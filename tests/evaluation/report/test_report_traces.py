@@ -26,11 +26,11 @@ class Shelf:
     def __init__(self, arrays):
         self.arrays = arrays
 
-    def trace(self, address):
+    def trace(self, address, names):
         assert address == "abc"
         if isinstance(self.arrays, Exception):
             raise self.arrays
-        return self.arrays
+        return {name: array for name, array in self.arrays.items() if name in names}
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def test_a_diagnostic_begins_with_its_first_row_after_the_lead_in(run_with, peri
     rows = -(-round((lead_in + 4.0) / TICK) // period)
     times = np.arange(rows) * period * TICK - lead_in
     run = run_with(diagnostics={"clock": period}, tick_s=TICK)
-    curves = read_curves(Shelf(arrays_of(lead_in=lead_in, clock=times[:, None])), run)
+    curves = read_curves(Shelf(arrays_of(lead_in=lead_in, clock=times[:, None])), run, ("clock",))
     assert curves.periods == {"clock": pytest.approx(period * TICK)}
     assert curves.starts["clock"] == pytest.approx(start, abs=1e-6)
     assert curves.shown["clock"][0, 0] == pytest.approx(start, abs=1e-6)
@@ -83,20 +83,20 @@ def test_a_diagnostic_begins_with_its_first_row_after_the_lead_in(run_with, peri
 def test_a_run_that_did_not_note_its_tick_had_a_millisecond(run_with, tick):
     """Stores of an earlier version have diagnostics without it."""
     run = run_with(diagnostics={"x": 10}, **({} if tick is None else {"tick_s": tick}))
-    assert read_curves(Shelf(arrays_of(x=np.ones((500, 1)))), run).periods == {"x": pytest.approx(10 * TICK)}
+    assert read_curves(Shelf(arrays_of(x=np.ones((500, 1)))), run, ("x",)).periods == {"x": pytest.approx(10 * TICK)}
 
 
 @pytest.mark.parametrize("noted", [{"other": 10}, {"x": 0}, {"x": "often"}, {"x": 2.5}, [("x", 10)], "x", None])
 def test_a_diagnostic_without_a_period_is_left_out(run_with, noted):
     """Without it nobody knows when its rows were: no curve is better than one at the wrong time."""
-    curves = read_curves(Shelf(arrays_of(x=np.ones((500, 1)))), run_with(diagnostics=noted))
+    curves = read_curves(Shelf(arrays_of(x=np.ones((500, 1)))), run_with(diagnostics=noted), ("x",))
     assert curves.shown == {}
     assert len(curves.error) == 400
 
 
 def test_a_diagnostic_that_ended_in_the_lead_in_has_no_curve(run_with):
     """One row at the first tick, a second before time 0."""
-    curves = read_curves(Shelf(arrays_of(once=np.ones((1, 3)))), run_with(diagnostics={"once": 10_000}))
+    curves = read_curves(Shelf(arrays_of(once=np.ones((1, 3)))), run_with(diagnostics={"once": 10_000}), ("once",))
     assert curves.shown == {}
 
 
@@ -125,5 +125,5 @@ def test_a_trace_that_cannot_be_read_costs_its_curve_and_nothing_else(run_with, 
 
 def test_what_was_shown_comes_back_in_double_precision(run_with):
     """Correlations of gains near 200 that move by 1e-3 have no digits to lose twice."""
-    curves = read_curves(Shelf(arrays_of(x=np.ones((500, 1)))), run_with(diagnostics={"x": 10}))
+    curves = read_curves(Shelf(arrays_of(x=np.ones((500, 1)))), run_with(diagnostics={"x": 10}), ("x",))
     assert curves.shown["x"].dtype == np.float64
