@@ -34,7 +34,7 @@ from .sensitivity import sensitivity_of
 from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .table import Table
 from .table_files import FORMATS, stem, tables_in
-from .worlds import differing_facts
+from .worlds import World, telling_facts
 
 SCRIPTS = ("base.js", "page.js", "tables.js", "plots.js", "arm.js", "replay.js", "player.js", "panel.js")
 """The parts of the page's script, in their order."""
@@ -127,11 +127,11 @@ def render(
         One HTML text that needs nothing beside it, the texts of the figures' files by name, and every table with rows.
     """
     environment = _environment()
-    differing = differing_facts([found.world for found in findings])
+    worlds = [found.world for found in findings]
     title, description = _title(campaigns)
     sensitivity = sensitivity_of(findings)
     sections = [
-        _section(found, extra, (sensitivity and sensitivity.title_of(found)) or _world_title(found, differing))
+        _section(found, extra, (sensitivity and sensitivity.title_of(found)) or _world_title(found, worlds))
         for found, extra in zip(findings, panels, strict=True)
     ]
     shown = [extra.metrics for extra in panels] + ([claims.metrics] if claims else [])
@@ -239,9 +239,9 @@ def _section(found: Findings, panels: Panels, title: str) -> Section:
     )
 
 
-def _world_title(found: Findings, differing: Sequence[str]) -> str:
+def _world_title(found: Findings, worlds: Sequence[World]) -> str:
     """Return what tells a world from the others."""
-    return ", ".join(f"{name.lower()} {found.world.facts[name]}" for name in differing)
+    return ", ".join(f"{name.lower()} {value}" for name, value in telling_facts(found.world, worlds).items())
 
 
 def _title(campaigns: Sequence[Mapping[str, object]]) -> tuple[str, str]:

@@ -1,6 +1,7 @@
 """Runs of a store, sorted into worlds: only runs of one world may be compared with each other."""
 
 import json
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -117,9 +118,17 @@ def worlds_of(stored: Sequence[StoredRun], campaigns: Sequence[Mapping[str, obje
     )
 
 
-def differing_facts(worlds: Sequence[World]) -> list[str]:
-    """Return the facts in which the worlds differ."""
-    return [name for name in worlds[0].facts if len({world.facts[name] for world in worlds}) > 1] if worlds else []
+def telling_facts(world: World, worlds: Sequence[World]) -> dict[str, str]:
+    """Return the facts that tell a world from the others; what most of them share goes without saying.
+
+    Args:
+        world: One of the worlds.
+        worlds: All of them.
+    """
+    shares = {name: Counter(other.facts[name] for other in worlds) for name in world.facts}
+    differing = {name: value for name, value in world.facts.items() if len(shares[name]) > 1}
+    unusual = {name: value for name, value in differing.items() if 2 * shares[name][value] <= len(worlds)}
+    return unusual or differing
 
 
 def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:

@@ -198,3 +198,14 @@ def test_who_ran_more_than_others_is_ranked_where_they_ran_too(shelf):
     ranking = world["ranking"][POSITION]
     assert len(ranking) == 6
     assert ranking[-1] == "cbmc_v3 / none"
+
+
+def test_a_world_is_told_by_what_most_others_have_not(shelf):
+    """A title of everything that differs anywhere is as long for each world as the list of all of them."""
+    for changes in ({}, {"laps": 5}, {"tier": "ideal"}, {"tier": "ideal", "laps": 5, "lead_in": 0.0}, {"draws": True}):
+        shelf.grid({("pid", "none"): 1e-3}, trajectories=("T1",), masses=(1.5,), **changes)
+    html = shelf.report().html
+    titles = re.findall(r"<section id=\"w\d\" class=\"world\">\s*<h2>([^<]*)</h2>", html)
+    assert len(set(titles)) == 5
+    assert {"Laps 5", "Tier ideal", "Tier ideal, laps 5, lead-in 0 s"} <= set(titles)
+    assert any(title.startswith("Repetitions draw friction") for title in titles)
