@@ -1,9 +1,9 @@
 """Quadratic programs, solved again every tick: the solver's object is kept, and so is its last solution."""
 
 import numpy as np
-from proxsuite import proxqp
 
 from .active_set import holds, refine, refine_projection
+from .portable_proxqp import proxqp
 
 UNLIMITED = 1e20
 """What ProxQP takes for an infinite bound."""

@@ -124,6 +124,8 @@ def _readable(value: float, unit: str) -> tuple[float, str]:
     """Return the factor and the name of the unit that a reader expects of a robot's errors."""
     if unit == "ratio":
         return 1.0, ""
+    if unit == "1":
+        return 1e2, "%"
     length = unit == "m" or unit.startswith("m/")
     if length or unit.startswith("rad") or (unit == "s" and abs(value) < 0.1):
         return 1e3, f"m{unit}"
@@ -191,7 +193,7 @@ def publish(report: Path, folder: Path) -> None:
         folder: Where ``summary.json``, ``claims.md`` and ``precision.md`` are written.
     """
     summary = shortened(json.loads((report / "summary.json").read_text(encoding="utf-8")))
-    text = json.dumps(summary, sort_keys=True, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    text = json.dumps(summary, sort_keys=True, indent=0, allow_nan=False, ensure_ascii=False) + "\n"
     for name, content in {
         "summary.json": text,
         "claims.md": claims_page(summary),

@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 
+from ..comparison import PRACTICALLY_EQUAL
 from ..intervals import Interval, welch_interval
 from ..statistics import sign_flip_test
 from .book import Claim
@@ -43,7 +44,7 @@ def ratio(claim: Claim, evidence: Evidence) -> tuple[Ruling, Measured]:
         _printed(claim),
         averages_agree=mean * of_means >= 0.0,
     )
-    notes = (f"ratio of means {math.exp(of_means):.3f}", *_coverage(claim, evidence, pairs))
+    notes = (f"ratio of means {math.exp(of_means):.3f}", *_equal(interval), *_coverage(claim, evidence, pairs))
     return ruling, _ratio(mean, interval, logs, notes)
 
 
@@ -178,6 +179,12 @@ def _need_all_paths(evidence: Evidence, pairs: Pairs) -> None:
     absent = [path for path in evidence.runs.trajectories if path not in ran]
     if absent:
         raise NotEnough(f"missing: {_few(absent)}")
+
+
+def _equal(interval: Interval | None) -> tuple[str, ...]:
+    """Say if a whole interval of logarithms lies within what nobody would change a controller for."""
+    low, high = (math.log(limit) for limit in PRACTICALLY_EQUAL)
+    return ("practically equal",) if interval and low <= interval.low and interval.high <= high else ()
 
 
 def _coverage(claim: Claim, evidence: Evidence, pairs: Pairs) -> tuple[str, ...]:

@@ -292,6 +292,17 @@ def events(grid, controller, values, status="ok"):
     return rows
 
 
+def test_a_ratio_that_is_one_for_every_purpose_says_so(grid):
+    """Not enough to decide which is smaller, and enough to know that it does not matter: C51's torque term."""
+    for trajectory_factor, said in ((0.002, True), (0.2, False)):
+
+        def near(trajectory, mass, material, factor=trajectory_factor):
+            return plain(trajectory, mass, material) * (1.0 + factor * (-1.0) ** place(trajectory))
+
+        verdict = judge(CLAIMS["C3"], BOOK, table(grid, near, plain))
+        assert ("practically equal" in verdict.measured.notes) is said
+
+
 def test_peaks_are_counted_against_their_nulls(grid):
     """Three peaks that a plain controller shows as well are no hierarchy."""
     peaks = {"recovery_peaks_15": 3.0, "recovery_peaks_stable": 3.0, "recovery_peaks_raw_null": 1.0}
