@@ -11,7 +11,7 @@ from ...controllers import InvalidInput, UnknownName
 from ...scenarios.store import Store
 from ..errors import UnknownMotionSet
 from ..motion_sets import MOTION_SETS, PAPER
-from .charts import Axis, Chart
+from .charts import Chart, around
 from .figures import Figure, ratio_figure, trajectory_figure
 from .findings import HEADLINES, POSITION, Findings, find_all
 from .panels import ModulesPanel, Panels, ResiliencePanel, panels_of
@@ -134,9 +134,9 @@ def _resilience(panel: ResiliencePanel, labels: Sequence[str]) -> Sheet:
     """Return the error over time above, and the time after each event below."""
     drawn = {chart.title: chart for chart in panel.curves}
     able = [drawn[label] for label in labels if label in drawn] or list(panel.curves[:1])
-    top = max(chart.y.high for chart in able)
     curves = [replace(chart.curves[0], style=style) for style, chart in enumerate(able)]
-    whole = replace(able[0], curves=curves, y=Axis("joint error [mrad]", 0.0, top))
+    # The page cuts a curve that would leave no room for others, and says so; on paper it is whole.
+    whole = replace(able[0], curves=curves, y=around("joint error [mrad]", [curve.y for curve in curves], zero=True))
     zooms = list(panel.zooms)
     if not zooms:
         return _side_by_side([whole], {whole.id: "Joint error over time"})
