@@ -44,6 +44,19 @@ def test_the_table_takes_medians_over_runs_and_the_longest_of_all(shelf, timed):
     assert [float(value) for value in re.findall(r'data-v="([^"]+)"', row)] == [12.0, 30.0, 800.0, 2.0]
 
 
+def test_calls_of_slow_levels_stand_apart(shelf, timed):
+    """Two calls of a hundred take fifty times as long: a median of all of them would call the controller quick."""
+    timed("flexiv_factory", (10.0, 20.0, 100.0, 0.0))
+    run = shelf.specification("cbmc_v3", "none")
+    calls = {"call_us_median": 2.0, "call_us_p99": 50.0, "call_us_max": 160.0, "deadline_misses": 0.0}
+    levels = {"tick_time_every_10": 9e-6, "tick_time_every_50": 49e-6}
+    shelf.put(run, replace(shelf.result(run, 2e-3, "slow"), timing={**calls, **levels}))
+    text = section_of(shelf.campaign().report())
+    rows = [row for row in text.partition("<tbody>")[2].split("<tr>") if "data-v" in row]
+    numbers = [[float(value) for value in re.findall(r'data-v="([^"]+)"', row)] for row in rows]
+    assert sorted(numbers) == [[2.0, 9.0, 49.0, 50.0, 160.0, 0.0], [10.0, 20.0, 100.0, 0.0]]
+
+
 def test_the_machine_is_named_and_a_second_one_too(shelf, timed):
     """Times of two machines in one row are times of none."""
     timed("flexiv_factory", (10.0, 20.0, 100.0, 0.0))
