@@ -5,6 +5,8 @@ import runpy
 from pathlib import Path
 
 import pytest
+from torquebench.scenarios.benchmark import Sweep, load_benchmark
+from torquebench.scenarios.expansion import expand
 
 SCRIPT = Path(__file__).parents[1] / "examples" / "lag_table.py"
 
@@ -48,3 +50,23 @@ def test_metres_become_millimetres_and_the_share_stays(printed):
     (line,) = [line for line in printed(("a", "T1", "slow", "ok", 0.018)) if line.startswith("| T1")]
     cells = line.split(" | ")[1:]
     assert (cells[0], cells[1], cells[3]) == ("18.00", "18.00", "0.02")
+
+
+def test_the_benchmark_that_a_page_quotes_is_the_example_and_asks_for_what_it_says():
+    """A reader copies it: constant loads are drawn twice, the history runs with twins in two worlds."""
+    root = SCRIPT.parents[1]
+    example = root / "examples" / "lifting.toml"
+    page = (root / "docs" / "writing-a-benchmark.md").read_text(encoding="utf-8")
+    assert page.partition("```toml\n")[2].partition("```")[0] == example.read_text(encoding="utf-8")
+    runs = expand(load_benchmark(str(example))).specifications
+    drawn = [run for run in runs if run.draws]
+    assert len(drawn) == 2 * 2 * 2 * 2 and not any(run.schedule.events for run in drawn)
+    events = [run for run in runs if run.schedule.events]
+    assert {run.tier for run in events} == {"actuated", "ideal"} and all(run.twins for run in events)
+    assert len(runs) == len(drawn) + len(events) == 24
+
+
+def test_every_key_of_a_run_table_is_on_the_page():
+    """A key that nobody can read about does not exist."""
+    page = (SCRIPT.parents[1] / "docs" / "writing-a-benchmark.md").read_text(encoding="utf-8")
+    assert [name for name in Sweep.model_fields if f"`{name}" not in page and f"{name} =" not in page] == []
