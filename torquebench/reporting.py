@@ -10,7 +10,10 @@ from .gravity_errors import gravity_errors_of
 from .operation_costs import costs_of
 from .scenarios.conformance import check
 from .scenarios.robots import load_robot, skeleton
-from .scenarios.specification import RunSpecification
+from .scenarios.store import StoredRun
+
+SLOW_CALL = 4000.0
+"""Median time of a call above which a report does not wait for the thousand calls of the checks [us]."""
 
 
 def report(folder: Path) -> Path:
@@ -27,7 +30,7 @@ def report(folder: Path) -> Path:
             folder,
             costs_of=lambda run: costs_of(run.specification),
             gravity_of=lambda run: gravity_errors_of(run.specification),
-            conformance_of=lambda run: conformance_of(run.specification),
+            conformance_of=conformance_of,
             skeleton_of=skeleton_of,
             workers=os.cpu_count() or 1,
         ).index
@@ -37,14 +40,17 @@ def report(folder: Path) -> Path:
         ) from cause
 
 
-def conformance_of(specification: RunSpecification) -> list[Finding]:
-    """Return the outcome of every check of a run's controller; none if it is no longer where the run found it.
+def conformance_of(run: StoredRun) -> list[Finding]:
+    """Return the outcome of every check of a run's controller; none if it is slow or no longer where the run found it.
 
     Args:
-        specification: The run.
+        run: The run.
     """
+    median = run.result.timing.get("call_us_median")
+    if isinstance(median, int | float) and median > SLOW_CALL:
+        return []
     try:
-        return check(specification.controller, specification.settings)
+        return check(run.specification.controller, run.specification.settings)
     except TorquebenchError:
         return []
 
