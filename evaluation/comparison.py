@@ -112,6 +112,7 @@ class Comparison:
             "practically equal": interval is not None and low <= interval.low and interval.high <= high,
             "depends on the average used": _averages_disagree(self),
             "too few trajectories": _too_few(self),
+            "not after the correction for all opponents": not _too_few(self) and _taken_back(self),
             "failures in more than 5 % of the runs: see the probability of improvement": self.headline != "gmr",
             "no direction of this metric is better": self.better == "none",
             f"{self.censored} values are bounds only": self.censored > 0,
@@ -133,8 +134,7 @@ def decide(comparison: Comparison) -> Verdict:
     """
     interval = comparison.interval_new_motions
     undecided = interval is None or interval.contains(1.0) or _too_few(comparison) or _averages_disagree(comparison)
-    corrected = interval is not None and comparison.p_holm is not None and comparison.p_holm > 1.0 - interval.level
-    if undecided or corrected or comparison.better == "none":
+    if undecided or _taken_back(comparison) or comparison.better == "none":
         return "not enough to decide"
     return "better" if (comparison.gmr < 1.0) == (comparison.better == "lower") else "worse"
 
@@ -259,6 +259,12 @@ def _prob_improvement(run: Mapping[Key, tuple[Reading, Reading]], metric: Metric
 def _too_few(comparison: Comparison) -> bool:
     interval = comparison.interval_new_motions
     return interval is None or sign_flip_floor(comparison.n_trajectories) * comparison.family > 1.0 - interval.level
+
+
+def _taken_back(comparison: Comparison) -> bool:
+    """Return whether the correction for all opponents takes the p value above the level."""
+    interval = comparison.interval_new_motions
+    return interval is not None and comparison.p_holm is not None and comparison.p_holm > 1.0 - interval.level
 
 
 def _averages_disagree(comparison: Comparison) -> bool:

@@ -26,7 +26,7 @@ def comparison_table(findings: Findings, metric: str) -> Table:
         Column("Bootstrap", group=OTHER, note="BCa over trajectories, narrower than it should be; none below five"),
         Column("Ratio of means", note="the paper's percentage; large errors dominate it"),
         Column("P(better)", note="probability that a run beats a run of the reference"),
-        Column("p", note="exact sign-flip test over trajectories"),
+        Column("p", note="sign-flip test over trajectories, exact up to twenty of them"),
         Column("p, Holm", note="corrected for all opponents of the reference"),
         Column("n", note="trajectories; below, pairs of runs"),
         Column("Verdict", numeric=False, note="as if it had been the only comparison; below, as one of its family"),

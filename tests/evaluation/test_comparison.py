@@ -269,7 +269,9 @@ def test_a_recovery_in_no_time_counts_as_one_tick(grid):
 def test_what_holm_takes_back_is_undecided_in_its_family(decided):
     """An interval knows nothing of the other opponents; the corrected p value does."""
     assert decide(replace(decided, family=3, p_holm=0.05)) == "better"
-    assert decide(replace(decided, family=3, p_holm=0.051)) == "not enough to decide"
+    taken_back = replace(decided, family=3, p_holm=0.051)
+    assert decide(taken_back) == "not enough to decide"
+    assert "not after the correction for all opponents" in taken_back.remarks
 
 
 def test_a_family_is_corrected_by_holm(grid):
