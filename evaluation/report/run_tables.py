@@ -44,7 +44,9 @@ def failure_table(findings: Findings) -> Table:
     rows = []
     for run in findings.failures:
         result = run.stored.result
-        when = "before the start" if result.failed_at is None else f"{result.failed_at:.3f} s"
+        # A process that was lost takes the time with it; only who was refused never began.
+        unknown = "before the start" if result.status == "refused" else "no tick on record"
+        when = unknown if result.failed_at is None else f"{result.failed_at:.3f} s"
         texts = (run.row.trajectory, run.load, str(run.row.repetition), result.status, when, result.cause)
         head = Cell(run.row.controller, href=f"#{run.anchor}", kind="head")
         rows.append((head, *(Cell(text) for text in texts), Cell(result.reason, kind="wide")))

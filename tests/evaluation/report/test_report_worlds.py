@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 from torquebench.scenarios.loads import LoadSchedule, Payload
+from torquebench.scenarios.result import RunResult
 
 POSITION = "tcp_position_error_mean"
 
@@ -209,3 +210,15 @@ def test_a_world_is_told_by_what_most_others_have_not(shelf):
     assert len(set(titles)) == 5
     assert {"Laps 5", "Tier ideal", "Tier ideal, laps 5, lead-in 0 s"} <= set(titles)
     assert any(title.startswith("Repetitions draw friction") for title in titles)
+
+
+def test_a_run_whose_process_was_lost_did_not_fail_before_its_start(shelf):
+    """Its time is unknown; only a refused run never began."""
+    shelf.grid({("pid", "none"): 1e-3}, trajectories=("T1",))
+    run = shelf.specification("mpc", "none", "T1", 2.5)
+    shelf.put(run, RunResult(role="run", status="failed", cause="time-out", reason="its process was ended"))
+    shelf.fail(shelf.specification("mpc", "none", "T1", 3.5), status="refused")
+    rows = re.findall(r"<tr>.*?</tr>", shelf.report().html.partition('id="w1-failed"')[2], re.DOTALL)
+    lost, refused = (next(row for row in rows if word in row) for word in ("time-out", "refused"))
+    assert "no tick on record" in lost and "before the start" not in lost
+    assert "before the start" in refused
