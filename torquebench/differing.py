@@ -7,7 +7,7 @@ from pathlib import Path
 from .evaluation.comparison import Comparison, compare
 from .evaluation.errors import NothingToCompare
 from .evaluation.report.findings import COMPARED, HEADLINES, WINDOW, Findings
-from .evaluation.report.worlds import World, history_in_words, worlds_of
+from .evaluation.report.worlds import World, history_in_words, told_apart, worlds_of
 from .repeating import differing_fields
 from .scenarios.store import Store, StoredRun
 
@@ -175,12 +175,11 @@ def _flat(record: Mapping[str, object]) -> dict[str, object]:
 
 def _pairs(first: Sequence[World], second: Sequence[World]) -> Iterator[tuple[str, World, World]]:
     """Yield the worlds that both have, with what tells them apart; another seed is another draw of the same world."""
-    differing = [name for name in (first[0].facts if first else ()) if len({world.facts[name] for world in first}) > 1]
     for world in first:
         exact = [other for other in second if other.facts == world.facts]
         alike = [other for other in second if _without_seed(other) == _without_seed(world)]
         for other in (exact or alike)[:1]:
-            yield ", ".join(f"{name.lower()} {world.facts[name]}" for name in differing), world, other
+            yield told_apart(world, first), world, other
 
 
 def _without_seed(world: World) -> dict[str, str]:

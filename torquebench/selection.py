@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from .controllers import InvalidInput, UnknownName
 from .evaluation.motion_sets import MOTION_SETS
-from .evaluation.report.worlds import Run, World
+from .evaluation.report.worlds import Run, World, told_apart
 
 NO_MATERIAL = "none"
 """What stands for the material of an empty container."""
@@ -97,7 +97,7 @@ def one_world(worlds: Sequence[World], name: str, selection: Selection) -> tuple
         if name in ("", world.id) and (runs := [run for run in world.runs if id(run.stored) in chosen])
     ]
     if len(able) > 1:
-        named = "; ".join(f"--world {world.id}: {_told_apart(world, worlds)}" for world, _ in able)
+        named = "; ".join(f"--world {world.id}: {told_apart(world, worlds)}" for world, _ in able)
         raise InvalidInput(f"runs of {len(able)} worlds", str(selection), f"name one, {named}")
     if not able:
         raise InvalidInput(f"no run has {selection}", f"world {name}", "leave out one of the conditions")
@@ -115,11 +115,6 @@ def one_label(runs: Sequence[Run], selection: Selection) -> str:
         valid = f"name one of {', '.join(repr(label) for label in labels)}"
         raise InvalidInput(f"runs of {len(labels)} controllers", str(selection), valid)
     return labels[0]
-
-
-def _told_apart(world: World, worlds: Sequence[World]) -> str:
-    differing = [fact for fact in world.facts if len({other.facts[fact] for other in worlds}) > 1]
-    return ", ".join(f"{fact.lower()} {world.facts[fact]}" for fact in differing)
 
 
 def _names(run: Run) -> Sequence[str]:

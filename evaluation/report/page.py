@@ -34,7 +34,7 @@ from .sensitivity import sensitivity_of
 from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .table import Table
 from .table_files import FORMATS, stem, tables_in
-from .worlds import World, telling_facts
+from .worlds import told_apart
 
 SCRIPTS = ("base.js", "page.js", "tables.js", "plots.js", "arm.js", "replay.js", "player.js", "panel.js")
 """The parts of the page's script, in their order."""
@@ -131,7 +131,7 @@ def render(
     title, description = _title(campaigns)
     sensitivity = sensitivity_of(findings)
     sections = [
-        _section(found, extra, (sensitivity and sensitivity.title_of(found)) or _world_title(found, worlds))
+        _section(found, extra, (sensitivity and sensitivity.title_of(found)) or told_apart(found.world, worlds))
         for found, extra in zip(findings, panels, strict=True)
     ]
     shown = [extra.metrics for extra in panels] + ([claims.metrics] if claims else [])
@@ -237,11 +237,6 @@ def _section(found: Findings, panels: Panels, title: str) -> Section:
         drawn=draws.draw_sentence(found),
         panels=panels,
     )
-
-
-def _world_title(found: Findings, worlds: Sequence[World]) -> str:
-    """Return what tells a world from the others."""
-    return ", ".join(f"{name.lower()} {value}" for name, value in telling_facts(found.world, worlds).items())
 
 
 def _title(campaigns: Sequence[Mapping[str, object]]) -> tuple[str, str]:

@@ -118,8 +118,8 @@ def worlds_of(stored: Sequence[StoredRun], campaigns: Sequence[Mapping[str, obje
     )
 
 
-def telling_facts(world: World, worlds: Sequence[World]) -> dict[str, str]:
-    """Return the facts that tell a world from the others; what most of them share goes without saying.
+def told_apart(world: World, worlds: Sequence[World]) -> str:
+    """Return what tells a world from the others, in words; what most of them share goes without saying.
 
     Args:
         world: One of the worlds.
@@ -128,7 +128,7 @@ def telling_facts(world: World, worlds: Sequence[World]) -> dict[str, str]:
     shares = {name: Counter(other.facts[name] for other in worlds) for name in world.facts}
     differing = {name: value for name, value in world.facts.items() if len(shares[name]) > 1}
     unusual = {name: value for name, value in differing.items() if 2 * shares[name][value] <= len(worlds)}
-    return unusual or differing
+    return ", ".join(f"{name.lower()} {value}" for name, value in (unusual or differing).items())
 
 
 def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
