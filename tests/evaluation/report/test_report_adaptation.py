@@ -84,3 +84,15 @@ def test_the_page_has_a_table_for_position_and_one_for_orientation(quick):
     assert rows["flexiv_full_ff / none"][title].endswith("a run failed")
     assert stored["flexiv_full_ff / none"] == "a run failed"
     assert "How the mean orientation error depends on" in quick.html
+
+
+def test_a_grid_without_repetitions_says_so_where_others_have_some(shelf):
+    """A range over repetitions needs two; the cell names the lack and not what the program holds."""
+    shelf.grid({("pid", "none"): 2e-3}, masses=(1.5, 2.5))
+    for repetition in (0, 1):
+        shelf.grid({("flexiv_factory", "none"): 17e-3}, masses=(1.5, 2.5), repetition=repetition)
+    with (shelf.report().files.tables / "w1-adaptation-position.csv").open(encoding="utf-8", newline="") as stream:
+        rows = {found["Controller / knowledge"]: found for found in csv.DictReader(stream)}
+    title = f"{METRICS['repeat_range_position'].label} [mm]"
+    assert rows["pid / none"][title].endswith("one repetition")
+    assert float(rows["flexiv_factory / none"][title]) > 0.0
