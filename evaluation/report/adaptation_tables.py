@@ -11,6 +11,8 @@ from .numbers import unit_on_page
 from .sentences import SUBJECTS
 from .table import Column, Reading, Table, columns_to_rows, number_cells
 
+BETTER = {"lower": "lower is better", "higher": "higher is better", "none": "descriptive"}
+
 
 def adaptation_tables(findings: Findings) -> list[Table]:
     """Return a table for each headline metric; none where the runs are no grid.
@@ -29,7 +31,11 @@ def _table(findings: Findings, rows: Sequence[RunRow], base: str) -> Table:
     for name in names:
         metric = METRICS[name]
         readings = [Reading(values[label].get(name), _why_none(grids[label])) for label in findings.order]
-        columns.append(Column(metric.label, unit_on_page(metric.unit).text, note=f"{name}: {metric.source}"))
+        columns.append(
+            Column(
+                metric.label, unit_on_page(metric.unit).text, note=f"{name}, {BETTER[metric.better]}: {metric.source}"
+            )
+        )
         cells.append(number_cells(readings, metric.unit))
     identity = f"{findings.world.id}-adaptation-{ENDINGS[base]}"
     return Table(

@@ -77,6 +77,11 @@ class Findings:
         return common or rows
 
     @cached_property
+    def common_summaries(self) -> dict[str, dict[str, Summary]]:
+        """Headline metric to controller to its summary over :attr:`common_rows`: means that may be ranked."""
+        return {metric: summary(self.common_rows, metric, WINDOW) for metric in HEADLINES}
+
+    @cached_property
     def order(self) -> tuple[str, ...]:
         """Controllers as tables list them: those with a rank before others, then by mean position error."""
         ranked = self.ranked(POSITION)
@@ -118,12 +123,12 @@ class Findings:
         return tuple(sorted(ended, key=lambda run: (run.row.status, self.order.index(run.row.controller), run.row.key)))
 
     def ranked(self, metric: str) -> tuple[str, ...]:
-        """Return controllers with few failures and a value in every common cell, smallest mean over these first.
+        """Return controllers with few failures and a value of a headline metric in every common cell, best mean first.
 
         A mean over the easy part of a grid is no better than one over all of it, and who ran more cells or repetitions
         than others is judged where they ran too.
         """
-        rows, found = self.common_rows, summary(self.common_rows, metric, WINDOW)
+        rows, found = self.common_rows, self.common_summaries[metric]
         definition = METRICS[metric]
         valued = {(row.controller, row.cell) for row in rows if read(row, definition, WINDOW).magnitude is not None}
         cells = Counter(label for label, _ in valued)

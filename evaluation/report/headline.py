@@ -59,7 +59,8 @@ def headline_table(findings: Findings) -> Table:
     ]
     return Table(
         id=f"{findings.world.id}-table",
-        caption=f"Mean errors over the run window ({RUN_WINDOW}), lowest position error first",
+        caption=f"Mean errors over the run window ({RUN_WINDOW}), of the cells that each ran; ordered by mean position "
+        "error over the cells that most ran",
         columns=[controller_column(), *(column for column, _ in pairs)],
         rows=columns_to_rows([controller_cells(findings), *(cells for _, cells in pairs)]),
         name=f"{findings.world.id}-headline",

@@ -55,12 +55,21 @@ def failure_sentence(findings: Findings) -> str:
 
 
 def unranked_sentence(findings: Findings) -> str:
-    """Say which controllers cannot come first, empty if all can."""
+    """Say over which cells controllers are ranked, and which cannot come first; empty if all ran all and can."""
     ranked = {label for lead in findings.leads for label in lead.ranked}
-    others = [label for label in findings.order if label not in ranked]
-    if not others or not ranked:
+    if not ranked:
         return ""
-    return f"Not ranked, for failures or a grid with gaps: {', '.join(others)}."
+    sentences = []
+    whole, common = ({row.cell for row in rows} for rows in (findings.world.rows, findings.common_rows))
+    if len(common) < len(whole):
+        sentences.append(
+            f"Ranks and means in these sentences are of the {len(common)} of {len(whole)} cells that most ran; ratios "
+            "are of all cells that both ran."
+        )
+    others = [label for label in findings.order if label not in ranked]
+    if others:
+        sentences.append(f"Not ranked, for failures or a grid with gaps: {', '.join(others)}.")
+    return " ".join(sentences)
 
 
 def machine_sentence(findings: Findings) -> str:
@@ -174,7 +183,7 @@ def _no_reference(findings: Findings) -> str:
 
 
 def _mean(findings: Findings, metric: str, label: str) -> str:
-    mean = findings.summaries[metric][label].mean
+    mean = findings.common_summaries[metric][label].mean
     return "unknown" if mean is None else value_in_words(mean, METRICS[metric].unit)
 
 

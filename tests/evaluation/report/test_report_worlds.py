@@ -222,3 +222,18 @@ def test_a_run_whose_process_was_lost_did_not_fail_before_its_start(shelf):
     lost, refused = (next(row for row in rows if word in row) for word in ("time-out", "refused"))
     assert "no tick on record" in lost and "before the start" not in lost
     assert "before the start" in refused
+
+
+def test_means_in_sentences_are_of_the_cells_that_most_ran(shelf):
+    """Who ran harder motions besides must not look worse in the words, nor better than the ratio beside them."""
+    shelf.grid({("pid", "none"): 1e-3, ("computed_torque", "none"): 5e-3, ("mpc", "none"): 9e-3}, masses=(1.5,))
+    for trajectory in ("M1", "M2"):
+        run = shelf.specification("pid", "none", trajectory, 1.5)
+        shelf.put(run, shelf.result(run, 0.4, "further"))
+    page = shelf.report()
+    world = page.summary["worlds"][0]
+    assert "of the 8 of 10 cells that most ran" in world["sentences"]["not_ranked"]
+    stored = world["controllers"]["pid / none"]["metrics"][f"run.{POSITION}"]
+    paper = [error for name, error in stored["by_trajectory"].items() if name.startswith("T")]
+    assert f"{1e3 * sum(paper) / len(paper):.2f} mm" in sentences(page)[0]
+    assert stored["mean"] > 10.0 * sum(paper) / len(paper)
