@@ -147,3 +147,15 @@ def test_energy_is_judged_by_each_run_s_own_counts(shelf):
     found = next(claim for claim in summary["claims"] if claim["id"] == "C50")
     assert found["measured"] == pytest.approx(2.0)
     assert found["verdict"] == "opposite"
+
+
+def test_patterns_alone_are_no_reason_for_a_table_of_claims(shelf):
+    """A first look at two laps would show 54 open rows below one that was judged."""
+    run = shelf.specification("cbmc_v3", "none", "S1", laps=2)
+    weights = {"weights": {"run_mean": [0.5, 0.5], "last_lap_mean": [0.5, 0.5]}}
+    shelf.put(run, replace(shelf.result(run, 0.01, ""), diagnostics=weights))
+    shelf.store.close()
+    known = {f"T{i}": {0.0: 0.01, 3.0: 0.01} for i in range(1, 9)}
+    files = write_report(shelf.folder, gravity_of=lambda run: known)
+    html = files.index.read_text(encoding="utf-8")
+    assert 'id="claims"' not in html and "of the gravity torque of its load" in html
