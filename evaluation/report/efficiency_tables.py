@@ -66,7 +66,7 @@ def estimate_table(findings: Findings, efficiency: Efficiency) -> Table:
     columns = [
         controller_column(),
         Column("Number", note="in the figures"),
-        Column("Position error", shown.text, group="Measured", note="empty where runs of the grid are missing"),
+        Column("Position error", shown.text, group="Measured", note="over the cells of the ranking; empty where runs are missing"),
         Column("Inference", "\N{MICRO SIGN}W", group="Estimate, arithmetic"),
         Column("Learning", "\N{MICRO SIGN}W", group="Estimate, arithmetic"),
         Column("Both", "\N{MICRO SIGN}W", group="Estimate, arithmetic"),

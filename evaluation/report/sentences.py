@@ -63,6 +63,19 @@ def unranked_sentence(findings: Findings) -> str:
     return f"Not ranked, for failures or a grid with gaps: {', '.join(others)}."
 
 
+def common_sentence(findings: Findings) -> str:
+    """Say over which runs the controllers are ranked, empty if over all."""
+    rows, common = findings.world.rows, findings.common_rows
+    if len(common) == len(rows):
+        return ""
+    cells = len({row.cell for row in common})
+    return (
+        f"Not all controllers ran all cells. They are ranked over the {cells} cells (trajectory and load) that more "
+        "than half of them ran, and the means above are over these; means in the table of all controllers are over all "
+        "runs of each, and ratios over the runs that both have."
+    )
+
+
 def machine_sentence(findings: Findings) -> str:
     """Say that measured latency makes results one machine's own, empty where latency is not measured."""
     machines = {run.stored.machine for run in findings.world.runs if run.stored.specification.latency == MEASURED}
@@ -174,8 +187,7 @@ def _no_reference(findings: Findings) -> str:
 
 
 def _mean(findings: Findings, metric: str, label: str) -> str:
-    mean = findings.summaries[metric][label].mean
-    return "unknown" if mean is None else value_in_words(mean, METRICS[metric].unit)
+    return value_in_words(findings.ranked_means(metric)[label], METRICS[metric].unit)
 
 
 def _count(number: int, one: str, many: str) -> str:
