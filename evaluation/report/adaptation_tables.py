@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ..metrics import METRICS
 from ..rows import RunRow
-from .adaptation import ENDINGS, adaptation_values, compared_rows, grid_of
+from .adaptation import ENDINGS, Grid, adaptation_values, compared_rows, grid_of
 from .cells import controller_cells, controller_column
 from .findings import HEADLINES, Findings
 from .numbers import unit_on_page
@@ -28,7 +28,7 @@ def _table(findings: Findings, rows: Sequence[RunRow], base: str) -> Table:
     columns, cells = [controller_column()], [controller_cells(findings)]
     for name in names:
         metric = METRICS[name]
-        readings = [Reading(values[label].get(name), str(grids[label])) for label in findings.order]
+        readings = [_reading(grids[label], values[label].get(name)) for label in findings.order]
         columns.append(Column(metric.label, unit_on_page(metric.unit).text, note=f"{name}: {metric.source}"))
         cells.append(number_cells(readings, metric.unit))
     identity = f"{findings.world.id}-adaptation-{ENDINGS[base]}"
@@ -39,6 +39,15 @@ def _table(findings: Findings, rows: Sequence[RunRow], base: str) -> Table:
         rows=columns_to_rows(cells) if names else [],
         name=identity,
     )
+
+
+def _reading(grid: Grid | str, value: float | None) -> Reading:
+    """Return a value, or why there is none: a whole grid lacks nothing but the range over repetitions."""
+    if isinstance(grid, str):
+        return Reading(None, grid)
+    if value is None:
+        return Reading(None, "unequal repetitions" if grid.repeats is None else "one repetition")
+    return Reading(value)
 
 
 def _extent(rows: Sequence[RunRow]) -> str:

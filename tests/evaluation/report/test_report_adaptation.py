@@ -84,3 +84,13 @@ def test_the_page_has_a_table_for_position_and_one_for_orientation(quick):
     assert rows["flexiv_full_ff / none"][title].endswith("a run failed")
     assert stored["flexiv_full_ff / none"] == "a run failed"
     assert "How the mean orientation error depends on" in quick.html
+
+
+def test_who_was_not_repeated_has_words_where_others_have_a_range_over_repetitions(shelf):
+    """One law of many was run twice: the rest of the column must say so, in words for people."""
+    sizes = {("flexiv_factory", "none"): 1e-2, ("pid", "none"): 1e-3}
+    shelf.grid(sizes).grid({("pid", "none"): 1e-3}, repetition=1).campaign()
+    page = shelf.report()
+    table = page.html.partition('id="w1-adaptation-position"')[2].partition("</table>")[0]
+    assert table.count("\N{EMPTY SET} one repetition<") == 1
+    assert "Grid(" not in page.html
