@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ..comparison import Comparison
 from ..metrics import METRICS
 from .findings import ORIENTATION, POSITION, Findings, Lead
-from .numbers import p_value, ratio_text, significant, times_lower, unit_on_page
+from .numbers import counting, p_value, ratio_text, significant, times_lower, unit_on_page
 from .worlds import CONSTANT
 
 PRACTICALLY_EQUAL = "practically equal"
@@ -220,7 +220,7 @@ def facts_in_words(findings: Findings) -> list[tuple[str, str]]:
 def _grouped(groups: dict[str, str]) -> str:
     """Return the trajectories, group by group if they have groups."""
     kinds: dict[str, list[str]] = {}
-    for trajectory, group in sorted(groups.items()):
+    for trajectory, group in sorted(groups.items(), key=lambda item: counting(item[0])):
         kinds.setdefault(group, []).append(trajectory)
     ordered: Sequence[str] = sorted(kinds, reverse=True)
     return "; ".join(", ".join(kinds[kind]) + (f" ({kind})" if kind else "") for kind in ordered)
