@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ..metrics import METRICS
 from .findings import ORIENTATION, POSITION, WINDOW, Findings
-from .numbers import unit_on_page
+from .numbers import fixed, unit_on_page
 from .run_files import row_data
 from .table import Cell, Column, Table, columns_to_rows, number_cells, stored_reading, word_cell
 from .worlds import Run
@@ -44,8 +44,14 @@ def failure_table(findings: Findings) -> Table:
     rows = []
     for run in findings.failures:
         result = run.stored.result
-        when = "before the start" if result.failed_at is None else f"{result.failed_at:.3f} s"
-        texts = (run.row.trajectory, run.load, str(run.row.repetition), result.status, when, result.cause)
+        texts = (
+            run.row.trajectory,
+            run.load,
+            str(run.row.repetition),
+            result.status,
+            _when(result.failed_at),
+            result.cause,
+        )
         head = Cell(run.row.controller, href=f"#{run.anchor}", kind="head")
         rows.append((head, *(Cell(text) for text in texts), Cell(result.reason, kind="wide")))
     return Table(
@@ -73,6 +79,13 @@ def twin_table(findings: Findings) -> Table:
         row_ids=[twin.anchor for twin in findings.world.twins],
         row_data=[row_data(findings.world, twin) for twin in findings.world.twins],
     )
+
+
+def _when(failed_at: float | None) -> str:
+    """Return when a run failed; the first scored lap begins at zero."""
+    if failed_at is None:
+        return "before the start"
+    return f"{fixed(failed_at, 3)} s" + (", in the lead-in" if failed_at < 0.0 else "")
 
 
 def _run_cells(runs: Sequence[Run], metric: str) -> list[Cell]:

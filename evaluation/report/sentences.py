@@ -171,6 +171,9 @@ def _family(lead: Lead) -> list[str]:
 
 
 def _undecided(comparison: Comparison) -> str:
+    """Say what keeps the first of a ranking from being ahead: doubt, or the runs outside of the common cells."""
+    if comparison.verdict == "worse":
+        return f"it is {times_lower(comparison.gmr)} over all runs that both have ({ratio_in_words(comparison)})"
     reasons = [remark for remark in comparison.remarks if remark in (PRACTICALLY_EQUAL, "depends on the average used")]
     if comparison.interval_new_motions is not None and "too few trajectories" in comparison.remarks:
         reasons.append("too few trajectories")

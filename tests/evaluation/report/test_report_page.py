@@ -206,3 +206,21 @@ def test_who_ran_more_cells_is_said_to_be_as_good_as_where_the_others_ran_too(sh
 
 def test_nothing_is_said_of_common_cells_where_all_ran_all(quick):
     assert "Not all controllers ran all cells" not in quick.html
+
+
+def test_the_first_where_all_ran_may_be_behind_over_all_runs_and_is_said_to_be(shelf):
+    """To call that undecided would hide the heavier loads, which only two of the laws carried."""
+    sizes = {("pid", "none"): 1e-3, ("flexiv_factory", "none"): 2e-3}
+    others = {(f"law_{number}", "none"): 5e-3 for number in range(3)}
+    shelf.grid(sizes | others, masses=(1.5,))
+    shelf.grid({("pid", "none"): 2e-2, ("flexiv_factory", "none"): 2e-3}, masses=(2.5, 3.5, 4.5)).campaign()
+    text = Reader(shelf.report().html).text
+    assert re.search(r"but against flexiv_factory / none it is \S+ times higher over all runs that both have", text)
+
+
+def test_a_failure_of_the_lead_in_is_called_one(shelf):
+    """A time before zero reads like a slip of the pen."""
+    shelf.grid({("flexiv_factory", "none"): 1e-2, ("pid", "none"): 1e-3})
+    early = RunResult(role="run", status="failed", cause="divergence", reason="joint 7", failed_at=-0.745)
+    shelf.put(shelf.specification("pid", "oracle"), early)
+    assert "\N{MINUS SIGN}0.745 s, in the lead-in" in shelf.campaign().report().html
