@@ -30,7 +30,7 @@ def _table(findings: Findings, rows: Sequence[RunRow], base: str) -> Table:
     columns, cells = [controller_column()], [controller_cells(findings)]
     for name in names:
         metric = METRICS[name]
-        readings = [Reading(values[label].get(name), _why_none(grids[label])) for label in findings.order]
+        readings = [_reading(grids[label], values[label].get(name)) for label in findings.order]
         columns.append(
             Column(
                 metric.label, unit_on_page(metric.unit).text, note=f"{name}, {BETTER[metric.better]}: {metric.source}"
@@ -47,9 +47,13 @@ def _table(findings: Findings, rows: Sequence[RunRow], base: str) -> Table:
     )
 
 
-def _why_none(grid: Grid | str) -> str:
-    """Return why a metric may have no value: there is no grid, or it has no repetitions to look at."""
-    return grid if isinstance(grid, str) else "one repetition"
+def _reading(grid: Grid | str, value: float | None) -> Reading:
+    """Return a value, or why there is none: a whole grid lacks nothing but the range over repetitions."""
+    if isinstance(grid, str):
+        return Reading(None, grid)
+    if value is None:
+        return Reading(None, "unequal repetitions" if grid.repeats is None else "one repetition")
+    return Reading(value)
 
 
 def _extent(rows: Sequence[RunRow]) -> str:

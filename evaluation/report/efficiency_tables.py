@@ -31,6 +31,7 @@ COUNTED: tuple[tuple[str, str, str, str], ...] = (
     ("parameter_updates", "Parameters moved", LEARNING, ""),
 )
 """Count, its column, the header that it shares, and what a reader must know."""
+MEASURED_NOTE = "over the cells of the ranking; empty where runs of these are missing"
 MECHANICAL = ("energy_positive", "energy_net", "energy_abs", "energy_per_path", "effort_torque_sq")
 """Metrics of mechanical energy and effort that are shown where they are registered."""
 
@@ -66,7 +67,7 @@ def estimate_table(findings: Findings, efficiency: Efficiency) -> Table:
     columns = [
         controller_column(),
         Column("Number", note="in the figures"),
-        Column("Position error", shown.text, group="Measured", note="empty where runs of the grid are missing"),
+        Column("Position error", shown.text, group="Measured", note=MEASURED_NOTE),
         Column("Inference", "\N{MICRO SIGN}W", group="Estimate, arithmetic"),
         Column("Learning", "\N{MICRO SIGN}W", group="Estimate, arithmetic"),
         Column("Both", "\N{MICRO SIGN}W", group="Estimate, arithmetic"),

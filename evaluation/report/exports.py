@@ -18,7 +18,7 @@ from .fairness import ledger_of
 from .findings import COMPARED, HEADLINES, SUMMARISED, Findings
 from .panel_exports import panel_figures
 from .panels import Panels
-from .sentences import failure_sentence, lead_sentences, machine_sentence, unranked_sentence
+from .sentences import common_sentence, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
 from .worlds import Run
 
 SCHEMA = 1
@@ -140,6 +140,7 @@ def _world(found: Findings) -> dict[str, object]:
         "left_out": world.doubles,
         "sentences": {
             "failures": failure_sentence(found),
+            "common": common_sentence(found),
             "not_ranked": unranked_sentence(found),
             "machine": machine_sentence(found),
             **{lead.metric: lead_sentences(found, lead) for lead in found.leads},

@@ -123,7 +123,11 @@ class Findings:
         return tuple(sorted(ended, key=lambda run: (run.row.status, self.order.index(run.row.controller), run.row.key)))
 
     def ranked(self, metric: str) -> tuple[str, ...]:
-        """Return controllers with few failures and a value of a headline metric in every common cell, best mean first.
+        """Return controllers with few failures and a value in every common cell, smallest mean over these first."""
+        return tuple(self.ranked_means(metric))
+
+    def ranked_means(self, metric: str) -> dict[str, float]:
+        """Return the mean over the common cells of every controller that has a rank, smallest first.
 
         A mean over the easy part of a grid is no better than one over all of it, and who ran more cells or repetitions
         than others is judged where they ran too.
@@ -138,7 +142,7 @@ class Findings:
             for label, s in found.items()
             if s.mean is not None and cells[label] == whole and s.failures <= MANY_FAILURES * s.runs
         }
-        return tuple(sorted(able, key=lambda label: (able[label], label)))
+        return dict(sorted(able.items(), key=lambda item: (item[1], item[0])))
 
     @staticmethod
     def verdict_alone(comparison: Comparison) -> str:

@@ -9,8 +9,8 @@ from .sentences import SUBJECTS
 from .table import Cell, Column, Reading, Table, columns_to_rows, head_cells, number_cells
 
 EMPTY_NOTE = "the empty container counts on both sides, as in the paper's means"
-DIFFERENCE_NOTE = "mean over trajectories; below, its 95 % interval, the trajectory as unit"
-RATIO_NOTE = "geometric mean over trajectories; below, its 95 % interval"
+DIFFERENCE_NOTE = "{0} less {1}, mean over trajectories; below, its 95 % interval, the trajectory as unit"
+RATIO_NOTE = "{0} over {1}, geometric mean over trajectories; below, its 95 % interval"
 
 
 def material_tables(findings: Findings) -> list[Table]:
@@ -39,8 +39,8 @@ def _table(findings: Findings, metric: str, material: str, baseline: str) -> Tab
             Column("Controller / knowledge", numeric=False),
             Column(baseline.capitalize(), shown, note=EMPTY_NOTE),
             Column(material.capitalize(), shown),
-            Column("Difference", shown, note=DIFFERENCE_NOTE),
-            Column("Ratio", note=RATIO_NOTE),
+            Column("Difference", shown, note=DIFFERENCE_NOTE.format(material, baseline)),
+            Column("Ratio", note=RATIO_NOTE.format(material, baseline)),
         ],
         rows=columns_to_rows(columns),
         name=f"{findings.world.id}-{material}-against-{baseline}-{subject}",

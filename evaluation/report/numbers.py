@@ -1,6 +1,7 @@
 """Numbers as people read them: units of the field, sensible digits, words where there is no number."""
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -60,6 +61,11 @@ def fixed(value: float, decimals: int) -> str:
     return f"{MINUS}{text}" if value < 0.0 and float(text) != 0.0 else text
 
 
+def counting(name: str) -> tuple[tuple[str, int], ...]:
+    """Return what sorts names as people count: M2 before M10."""
+    return tuple((text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d*)", name))
+
+
 def significant(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits and never in exponential form above 1e-6."""
     if value == 0.0:
@@ -83,7 +89,7 @@ def p_value(value: float) -> str:
 
 
 def times_lower(ratio: float) -> str:
-    """Return a ratio in words: ``39 times lower``, ``12 % lower``, ``1.4 times higher``."""
+    """Return a ratio in words: ``39 times lower``, ``12 % lower``, ``40 % higher``."""
     word = "lower" if ratio < 1.0 else "higher"
     size = max(ratio, 1.0 / ratio) if ratio > 0.0 else math.inf
     if not math.isfinite(size):

@@ -31,7 +31,14 @@ from .limitations import limitations
 from .panels import Panels
 from .paths import PathDrawing, PathsPanel
 from .sensitivity import sensitivity_of
-from .sentences import facts_in_words, failure_sentence, lead_sentences, machine_sentence, unranked_sentence
+from .sentences import (
+    common_sentence,
+    facts_in_words,
+    failure_sentence,
+    lead_sentences,
+    machine_sentence,
+    unranked_sentence,
+)
 from .table import Table
 from .table_files import FORMATS, stem, tables_in
 from .worlds import told_apart
@@ -49,6 +56,7 @@ class Section:
         title: What tells it from the other worlds; empty if there is only one.
         failures: Sentence about failures, and whether there are any.
         leads: Sentences about each headline metric.
+        common: Sentence about the cells that the ranking is over, empty if over all.
         unranked: Sentence about controllers that cannot come first.
         machine: Sentence about the machine that the figures belong to, empty if to none.
         facts: What was compared.
@@ -79,6 +87,7 @@ class Section:
     title: str
     failures: tuple[str, bool]
     leads: Sequence[Sequence[str]]
+    common: str
     unranked: str
     machine: str
     facts: Sequence[tuple[str, str]]
@@ -212,6 +221,7 @@ def _section(found: Findings, panels: Panels, title: str) -> Section:
         title=title,
         failures=(failure_sentence(found), any(run.row.status == "failed" for run in world.runs)),
         leads=[lead_sentences(found, lead) for lead in found.leads],
+        common=common_sentence(found),
         unranked=unranked_sentence(found),
         machine=machine_sentence(found),
         facts=facts_in_words(found),

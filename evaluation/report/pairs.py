@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from ..comparison import Comparison
 from ..metrics import METRICS
+from ..statistics import EXACT_FLIPS
 from .cells import controller_column, interval_cell, verdict_cell
 from .findings import COMPARED, Findings
 from .numbers import p_value, ratio_text
@@ -26,7 +27,7 @@ def comparison_table(findings: Findings, metric: str) -> Table:
         Column("Bootstrap", group=OTHER, note="BCa over trajectories, narrower than it should be; none below five"),
         Column("Ratio of means", note="the paper's percentage; large errors dominate it"),
         Column("P(better)", note="probability that a run beats a run of the reference"),
-        Column("p", note="sign-flip test over trajectories, exact up to twenty of them"),
+        Column("p", note=f"sign-flip test over trajectories, exact up to {EXACT_FLIPS} of them"),
         Column("p, Holm", note="corrected for all opponents of the reference"),
         Column("n", note="trajectories; below, pairs of runs"),
         Column("Verdict", numeric=False, note="as if it had been the only comparison; below, as one of its family"),

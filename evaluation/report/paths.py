@@ -10,7 +10,7 @@ import numpy as np
 from ...controllers import InvalidInput
 from ...scenarios.store import Store
 from .findings import POSITION, Findings
-from .numbers import significant
+from .numbers import counting, significant
 from .worlds import Run
 
 PARTS = 72
@@ -42,6 +42,11 @@ class PathDrawing:
     errors: np.ndarray
     href: str
 
+    @property
+    def most(self) -> str:
+        """The largest error, with its unit."""
+        return f"{significant(float(self.errors.max()))} mm"
+
 
 @dataclass(frozen=True, kw_only=True)
 class PathsPanel:
@@ -68,8 +73,7 @@ class PathsPanel:
         middle = (drawing.points.min(axis=0) + drawing.points.max(axis=0)) / 2.0
         scale = (SIZE - 2 * GAP) / max(float(np.ptp(drawing.points, axis=0).max()), 1e-6)
         places = SIZE / 2 + scale * (drawing.points - middle) * np.array([1.0, 1.0, -1.0])
-        worst = f"largest error of the last lap {significant(float(drawing.errors.max()))} mm"
-        title = f"{drawing.trajectory}, {drawing.label}, {drawing.load}: {worst}"
+        title = f"{drawing.trajectory}, {drawing.label}, {drawing.load}: largest error of the last lap {drawing.most}"
         views = [sorted((first, second)), sorted((first, third))]
         return (
             f'<svg class="way" role="img" viewBox="0 0 {2 * SIZE} {SIZE}"><title>{escape(title)}</title>'
@@ -109,7 +113,10 @@ def paths_panel(findings: Findings, store: Store) -> PathsPanel | None:
         return None
     errors = np.concatenate([drawing.errors for drawings in motions.values() for drawing in drawings])
     limits = dict.fromkeys(float(f"{np.quantile(errors, share):.1g}") for share in SHARES)
-    return PathsPanel(limits=tuple(limit for limit in limits if limit > 0.0), motions=sorted(motions.items()))
+    return PathsPanel(
+        limits=tuple(limit for limit in limits if limit > 0.0),
+        motions=sorted(motions.items(), key=lambda item: counting(item[0])),
+    )
 
 
 def _one_each(runs: Iterable[Run]) -> list[Run]:

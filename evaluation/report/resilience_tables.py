@@ -150,4 +150,5 @@ def _stable(stable: Spread, counted: Spread) -> Cell:
 
 def _caption(event: Event) -> str:
     """Return what a table shows."""
-    return f"{event.title}: median over runs" + ("" if event.window else "; a start has no twin, so from curves only")
+    over = "median over runs" if event.window else "median over seeds, from the mean curves: a start has no twin"
+    return f"{event.title}: {over}"

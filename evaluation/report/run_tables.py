@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
+from ...scenarios.store import StoredRun
 from ..metrics import METRICS
 from .findings import ORIENTATION, POSITION, WINDOW, Findings
-from .numbers import unit_on_page
+from .numbers import fixed, unit_on_page
 from .run_files import row_data
 from .table import Cell, Column, Table, columns_to_rows, number_cells, stored_reading, word_cell
 from .worlds import Run
@@ -44,10 +45,14 @@ def failure_table(findings: Findings) -> Table:
     rows = []
     for run in findings.failures:
         result = run.stored.result
-        # A process that was lost takes the time with it; only who was refused never began.
-        unknown = "before the start" if result.status == "refused" else "no tick on record"
-        when = unknown if result.failed_at is None else f"{result.failed_at:.3f} s"
-        texts = (run.row.trajectory, run.load, str(run.row.repetition), result.status, when, result.cause)
+        texts = (
+            run.row.trajectory,
+            run.load,
+            str(run.row.repetition),
+            result.status,
+            _when(run.stored),
+            result.cause,
+        )
         head = Cell(run.row.controller, href=f"#{run.anchor}", kind="head")
         rows.append((head, *(Cell(text) for text in texts), Cell(result.reason, kind="wide")))
     return Table(
@@ -75,6 +80,15 @@ def twin_table(findings: Findings) -> Table:
         row_ids=[twin.anchor for twin in findings.world.twins],
         row_data=[row_data(findings.world, twin) for twin in findings.world.twins],
     )
+
+
+def _when(stored: StoredRun) -> str:
+    """Return when a run failed; the first scored lap begins at zero, and who was refused never began."""
+    result = stored.result
+    if result.failed_at is None:
+        # A process that was lost takes the time with it.
+        return "before the start" if result.status == "refused" else "no tick on record"
+    return f"{fixed(result.failed_at, 3)} s" + (", in the lead-in" if result.failed_at < 0.0 else "")
 
 
 def _run_cells(runs: Sequence[Run], metric: str) -> list[Cell]:

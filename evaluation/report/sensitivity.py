@@ -126,13 +126,14 @@ def _title(base: Findings, other: Findings) -> str:
 
 
 def _column(findings: Findings, order: Sequence[str], metric: str, unit: str) -> list[Cell]:
-    ranked, summaries = findings.ranked(metric), findings.summaries[metric]
+    means, summaries = findings.ranked_means(metric), findings.summaries[metric]
+    ranked = list(means)
     readings = []
     for label in order:
         found = summaries.get(label)
         href = f"#{findings.runs_anchor(label)}" if found else ""
         place = f"place {ranked.index(label) + 1}" if label in ranked else "no place"
-        value = None if found is None or found.mean is None else found.mean
+        value = None if found is None else means.get(label, found.mean)
         readings.append(
             Reading(value, "missing" if found is None else _why(found.runs), Cell("", href=href, note=place))
         )

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ..comparison import Comparison
 from ..metrics import METRICS
 from .findings import ORIENTATION, POSITION, Findings, Lead
-from .numbers import p_value, ratio_text, significant, times_lower, unit_on_page
+from .numbers import counting, p_value, ratio_text, significant, times_lower, unit_on_page
 from .worlds import CONSTANT
 
 PRACTICALLY_EQUAL = "practically equal"
@@ -55,21 +55,25 @@ def failure_sentence(findings: Findings) -> str:
 
 
 def unranked_sentence(findings: Findings) -> str:
-    """Say over which cells controllers are ranked, and which cannot come first; empty if all ran all and can."""
+    """Say which controllers cannot come first, empty if all can."""
     ranked = {label for lead in findings.leads for label in lead.ranked}
-    if not ranked:
-        return ""
-    sentences = []
-    whole, common = ({row.cell for row in rows} for rows in (findings.world.rows, findings.common_rows))
-    if len(common) < len(whole):
-        sentences.append(
-            f"Ranks and means in these sentences are of the {len(common)} of {len(whole)} cells that most ran; ratios "
-            "are of all cells that both ran."
-        )
     others = [label for label in findings.order if label not in ranked]
-    if others:
-        sentences.append(f"Not ranked, for failures or a grid with gaps: {', '.join(others)}.")
-    return " ".join(sentences)
+    if not others or not ranked:
+        return ""
+    return f"Not ranked, for failures or a grid with gaps: {', '.join(others)}."
+
+
+def common_sentence(findings: Findings) -> str:
+    """Say over which runs the controllers are ranked, empty if over all."""
+    rows, common = findings.world.rows, findings.common_rows
+    if len(common) == len(rows):
+        return ""
+    cells = len({row.cell for row in common})
+    return (
+        f"Not all controllers ran all cells. They are ranked over the {cells} cells (trajectory and load) that more "
+        "than half of them ran, and the means above are over these; means in the table of all controllers are over all "
+        "runs of each, and ratios over the runs that both have."
+    )
 
 
 def machine_sentence(findings: Findings) -> str:
@@ -167,6 +171,9 @@ def _family(lead: Lead) -> list[str]:
 
 
 def _undecided(comparison: Comparison) -> str:
+    """Say what keeps the first of a ranking from being ahead: doubt, or the runs outside of the common cells."""
+    if comparison.verdict == "worse":
+        return f"it is {times_lower(comparison.gmr)} over all runs that both have ({ratio_in_words(comparison)})"
     reasons = [remark for remark in comparison.remarks if remark in (PRACTICALLY_EQUAL, "depends on the average used")]
     if comparison.interval_new_motions is not None and "too few trajectories" in comparison.remarks:
         reasons.append("too few trajectories")
@@ -183,8 +190,7 @@ def _no_reference(findings: Findings) -> str:
 
 
 def _mean(findings: Findings, metric: str, label: str) -> str:
-    mean = findings.common_summaries[metric][label].mean
-    return "unknown" if mean is None else value_in_words(mean, METRICS[metric].unit)
+    return value_in_words(findings.ranked_means(metric)[label], METRICS[metric].unit)
 
 
 def _count(number: int, one: str, many: str) -> str:
@@ -217,7 +223,7 @@ def facts_in_words(findings: Findings) -> list[tuple[str, str]]:
 def _grouped(groups: dict[str, str]) -> str:
     """Return the trajectories, group by group if they have groups."""
     kinds: dict[str, list[str]] = {}
-    for trajectory, group in sorted(groups.items()):
+    for trajectory, group in sorted(groups.items(), key=lambda item: counting(item[0])):
         kinds.setdefault(group, []).append(trajectory)
     ordered: Sequence[str] = sorted(kinds, reverse=True)
     return "; ".join(", ".join(kinds[kind]) + (f" ({kind})" if kind else "") for kind in ordered)

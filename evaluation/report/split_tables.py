@@ -7,14 +7,14 @@ from ..metrics import METRICS
 from ..summary import Summary
 from .cells import controller_cells, controller_column, why_none
 from .findings import HEADLINES, Findings
-from .numbers import significant, unit_on_page
+from .numbers import counting, significant, unit_on_page
 from .sentences import SUBJECTS
 from .table import Cell, Column, Reading, Table, columns_to_rows, head_cells, number_cells
 
 
 def trajectory_table(findings: Findings, metric: str) -> Table:
     """Return the mean of each controller on each trajectory."""
-    names = list(dict.fromkeys(run.row.trajectory for run in findings.world.runs))
+    names = sorted({run.row.trajectory for run in findings.world.runs}, key=counting)
     return _split_table(findings, metric, "trajectory", names, str, lambda s: s.by_trajectory)
 
 

@@ -168,6 +168,13 @@ def test_the_keyboard_opens_turns_and_closes(drilled):
     assert drilled.run("document.activeElement.getAttribute('aria-expanded')") == "false"
 
 
+def test_alt_and_an_arrow_leave_the_page_as_everywhere(drilled):
+    """The picture turns with the arrows, and must not take the browser's way back with them."""
+    for held, taken in (("", True), ("altKey: true", False), ("ctrlKey: true", False)):
+        event = f"new KeyboardEvent('keydown', {{ key: 'ArrowLeft', cancelable: true, {held} }})"
+        assert drilled.run(f"!document.querySelector('.panel canvas').dispatchEvent({event})") == taken
+
+
 def test_names_are_text_wherever_they_stand(page):
     """A name with a tag, a quote or a right-to-left mark is shown, not obeyed."""
     names = set(page.run("[...document.querySelectorAll('tr[data-run]')].map((row) => row.dataset.label)"))
@@ -193,6 +200,26 @@ def test_a_narrow_screen_scrolls_one_way_only(drilled):
     drilled.emulate(390, 844)
     assert drilled.run("document.documentElement.scrollWidth") == 390
     assert drilled.run("document.querySelector('.panel').getBoundingClientRect().right") <= 390
+
+
+def test_a_caption_stays_in_sight_while_its_table_scrolls(page):
+    """On a telephone the end of a wide table is far from its beginning."""
+    page.emulate(width=400)
+    page.run("globalThis.wide = document.getElementById('w1-table').closest('.scroll'), wide.scrollLeft = 9999")
+    assert page.run("wide.scrollLeft") > 100
+    left, right = page.run(
+        "(({left, right}) => [left, right])(wide.querySelector('caption span').getBoundingClientRect())"
+    )
+    assert 0 <= left < right <= 400
+
+
+def test_the_browser_s_own_parts_follow_the_button(page):
+    """A white slider on a dark page is the first thing one sees."""
+    page.emulate(prefers_color_scheme="light")
+    page.run("document.querySelector('.theme').click()")
+    assert page.run("getComputedStyle(document.documentElement).colorScheme") == "dark"
+    page.run("document.querySelector('.theme').click()")
+    assert page.run("getComputedStyle(document.documentElement).colorScheme") == "light"
 
 
 def test_paper_has_no_controls_and_keeps_the_figures(drilled):

@@ -14,6 +14,11 @@ torquebench.element = (name, attributes = {}, ...children) => {
   return node;
 };
 
+// Returns a number with so many digits, and never as a power of ten where it is large.
+torquebench.figure = (value, digits) => (
+  Math.abs(value) < 10 ** digits - 0.5 ? value.toPrecision(digits) : value.toFixed(0)
+);
+
 // Loads the record of a run once; a page from disk may read scripts beside it, but no other files.
 torquebench.load = (() => {
   const asked = new Map();

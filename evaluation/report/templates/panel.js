@@ -91,8 +91,12 @@
       seek(now);
     };
     const message = element("p", { class: "bad", role: "status" });
+    let asked = 0;
     const choice = ghostChoice(othersOf(row), async (chosen) => {
+      const own = asked += 1;
       const [records, lost] = await tracesOf(chosen);
+      // Files may come late: only the last choice counts.
+      if (own !== asked) return;
       message.textContent = lost.join("; ");
       cast([record, ...records]);
     });
@@ -128,7 +132,7 @@
     const name = element("bdi", {}, record.label);
     const heading = element("p", { class: "panel-title", id: `panel-${(count += 1)}` }, name, `: ${inWords(record.cell)}`);
     const status = record.status === "ok" ? [] : [element("p", { class: "bad" }, `${record.status}: ${record.reason}`)];
-    const times = Object.entries(record.timing).map(([name, value]) => [name, value === null ? "" : value.toPrecision(4)]);
+    const times = Object.entries(record.timing).map(([name, value]) => [name, value === null ? "" : torquebench.figure(value, 4)]);
     const none = element("p", {}, "No trace of this run was kept, or it cannot be read.");
     box.setAttribute("aria-labelledby", heading.id);
     box.replaceChildren(

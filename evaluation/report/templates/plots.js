@@ -96,7 +96,7 @@
       for (const { curve, value } of shown) {
         const found = curve.values[nearest(curve.times, time)];
         const ended = !(time <= curve.times[curve.times.length - 1] + 0.1) || Number.isNaN(found);
-        value.textContent = ended ? "" : found.toPrecision(3).replace("-", "\u2212");
+        value.textContent = ended ? "" : torquebench.figure(found, 3).replace("-", "\u2212");
       }
     };
     return { node, draw, show };

@@ -109,7 +109,7 @@
       "=": () => turn(0, 0, 1.2), 0: reset,
     };
     canvas.addEventListener("keydown", (event) => {
-      if (keys[event.key] && !event.ctrlKey && !event.metaKey) { event.preventDefault(); keys[event.key](); }
+      if (keys[event.key] && !event.ctrlKey && !event.metaKey && !event.altKey) { event.preventDefault(); keys[event.key](); }
     });
     let held = null;
     canvas.addEventListener("pointerdown", (event) => {

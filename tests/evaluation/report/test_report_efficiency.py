@@ -105,7 +105,7 @@ def test_the_page_keeps_three_kinds_of_figures_apart(grid):
     page = files.index.read_text(encoding="utf-8")
     for table in ("counts", "estimates", "host"):
         assert f'id="w1-{table}"' in page
-    captions = re.findall(r'id="w1-(?:counts|estimates|host)">\s*<caption>(.*?)</caption>', page)
+    captions = re.findall(r'id="w1-(?:counts|estimates|host)">\s*<caption><span>(.*?)</span></caption>', page)
     assert captions[0] == "Operations for a second of simulated time"
     assert captions[1].startswith("Estimates, not measurements")
     assert captions[2].startswith("Measured on the host") and "x86-64, 8 cores" in captions[2]

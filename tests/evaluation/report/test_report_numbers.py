@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from torquebench.evaluation.report.numbers import decimals_for, fixed, ratio_text, significant, times_lower
+from torquebench.evaluation.report.numbers import counting, decimals_for, fixed, ratio_text, significant, times_lower
 from torquebench.evaluation.report.scale import LogScale
 
 
@@ -48,3 +48,8 @@ def test_every_axis_has_a_few_round_ticks_within_its_ends(values):
     assert 2 <= len(ticks) <= 9
     assert all(scale.holds(tick) for tick in ticks)
     assert all(0.0 < scale.percent(value) < 100.0 for value in values)
+
+
+def test_names_are_sorted_as_people_count():
+    names = ["M10", "T1", "M2", "lissajous", "M1", "S3"]
+    assert sorted(names, key=counting) == ["M1", "M2", "M10", "S3", "T1", "lissajous"]

@@ -4,9 +4,11 @@ import os
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 from torquebench.controllers import InvalidInput
 from torquebench.evaluation.report import write_report
+from torquebench.evaluation.report.numbers import significant
 from torquebench.scenarios.result import RunResult
 
 VOID = {"meta", "br", "wbr", "link", "img", "input", "hr"}
@@ -186,3 +188,39 @@ def test_nothing_is_added_when_the_best_of_all_was_told_nothing(shelf):
     """One sentence says it."""
     sizes = {("flexiv_factory", "none"): 1e-2, ("pid", "none"): 1e-4, ("pid", "oracle"): 1e-3}
     assert "Of those told nothing" not in shelf.grid(sizes).campaign().report().html
+
+
+def test_who_ran_more_cells_is_said_to_be_as_good_as_where_the_others_ran_too(shelf):
+    """A mean over heavier loads beside one without them would make the second of a ranking look like its first."""
+    sizes = {("flexiv_factory", "none"): 1e-2, ("pid", "none"): 1e-3, ("computed_torque", "none"): 1.2e-3}
+    shelf.grid(sizes, masses=(1.5,)).grid({("pid", "none"): 1e-3}, masses=(2.5, 3.5, 4.5)).campaign()
+    runs = [run for run in shelf.store.runs() if run.specification.controller == "pid"]
+    errors = {run.address: run.result.metrics["run"]["tcp_position_error_mean"]["value"] for run in runs}
+    light = [errors[run.address] for run in runs if run.specification.schedule.entries[0][1].mass == 1.5]
+    text = Reader(shelf.report().html).text
+    assert f"pid / none tracked best in position: mean error {significant(1e3 * np.mean(light))} mm" in text
+    assert significant(1e3 * np.mean(light)) != significant(1e3 * np.mean(list(errors.values())))
+    assert "They are ranked over the 8 cells" in text
+    assert "lowest position error first, by the cells that most of them ran" in text
+
+
+def test_nothing_is_said_of_common_cells_where_all_ran_all(quick):
+    assert "Not all controllers ran all cells" not in quick.html
+
+
+def test_the_first_where_all_ran_may_be_behind_over_all_runs_and_is_said_to_be(shelf):
+    """To call that undecided would hide the heavier loads, which only two of the laws carried."""
+    sizes = {("pid", "none"): 1e-3, ("flexiv_factory", "none"): 2e-3}
+    others = {(f"law_{number}", "none"): 5e-3 for number in range(3)}
+    shelf.grid(sizes | others, masses=(1.5,))
+    shelf.grid({("pid", "none"): 2e-2, ("flexiv_factory", "none"): 2e-3}, masses=(2.5, 3.5, 4.5)).campaign()
+    text = Reader(shelf.report().html).text
+    assert re.search(r"but against flexiv_factory / none it is \S+ times higher over all runs that both have", text)
+
+
+def test_a_failure_of_the_lead_in_is_called_one(shelf):
+    """A time before zero reads like a slip of the pen."""
+    shelf.grid({("flexiv_factory", "none"): 1e-2, ("pid", "none"): 1e-3})
+    early = RunResult(role="run", status="failed", cause="divergence", reason="joint 7", failed_at=-0.745)
+    shelf.put(shelf.specification("pid", "oracle"), early)
+    assert "\N{MINUS SIGN}0.745 s, in the lead-in" in shelf.campaign().report().html

@@ -65,3 +65,10 @@ def test_the_legend_has_a_word_for_each_width():
         "above 2.0 mm",
     ]
     assert PathsPanel(limits=(), motions=()).legend == [(0, "all")]
+
+
+def test_the_largest_error_is_never_a_power_of_ten():
+    """A run that lost its path stands beside one that kept it."""
+    points = np.zeros((2, 3))
+    assert drawing_of(points, np.array([1234.5])).most == "1234 mm"
+    assert drawing_of(points, np.array([0.14])).most == "0.140 mm"

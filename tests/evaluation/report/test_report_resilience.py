@@ -112,7 +112,7 @@ def test_recovery_from_the_curves_is_the_closed_form(events):
 
 def test_the_start_is_judged_by_the_curves_only(events):
     page = events.report()
-    assert "Start-up at 0 s: median over runs; a start has no twin" in text_of(page)
+    assert "Start-up at 0 s: median over seeds, from the mean curves: a start has no twin" in text_of(page)
     assert "recovery_time_settled" not in page.summary["worlds"][0]["resilience"]["events"][0]["controllers"][
         "cbmc_v3 / none"
     ]  # fmt: skip

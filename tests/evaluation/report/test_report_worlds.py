@@ -232,7 +232,7 @@ def test_means_in_sentences_are_of_the_cells_that_most_ran(shelf):
         shelf.put(run, shelf.result(run, 0.4, "further"))
     page = shelf.report()
     world = page.summary["worlds"][0]
-    assert "of the 8 of 10 cells that most ran" in world["sentences"]["not_ranked"]
+    assert "ranked over the 8 cells" in world["sentences"]["common"]
     stored = world["controllers"]["pid / none"]["metrics"][f"run.{POSITION}"]
     paper = [error for name, error in stored["by_trajectory"].items() if name.startswith("T")]
     assert f"{1e3 * sum(paper) / len(paper):.2f} mm" in sentences(page)[0]
