@@ -134,7 +134,7 @@ def _resilience(panel: ResiliencePanel, labels: Sequence[str]) -> Sheet:
     """Return the error over time above, and the time after each event below."""
     drawn = {chart.title: chart for chart in panel.curves}
     able = [drawn[label] for label in labels if label in drawn] or list(panel.curves[:1])
-    curves = [replace(chart.curves[0], style=style) for style, chart in enumerate(able)]
+    curves = [replace(chart.curves[-1], style=style) for style, chart in enumerate(able)]
     # The page cuts a curve that would leave no room for others, and says so; on paper it is whole.
     whole = replace(able[0], curves=curves, y=around("joint error [mrad]", [curve.y for curve in curves], zero=True))
     zooms = list(panel.zooms)

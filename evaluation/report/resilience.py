@@ -18,6 +18,8 @@ SERIES = ("last_cycle_error", "recovery_time_cycle_band", "recovery_time_paper_s
 """Figures that come from the curves, averaged over the trajectories of a seed."""
 
 
+STEADY_TWIN = "constant "
+"""How the roles of twins begin whose load never changes."""
 REPEATED = 3
 """How often the same change must happen to have a rate of improvement."""
 
@@ -72,6 +74,7 @@ class Resilience:
         events: The start, then every change of the load.
         found: By event and controller, metric id to its values; series metrics have a value for each seed.
         curves: Mean curve of each controller that has one.
+        constant: Controller to constant load, in words, to the mean curve of the twins that had it from the start on.
         without: Controllers without a mean curve, and why.
         unjudged: Run, event, status and reason for everything that the twins could not judge.
         rates: By change and controller, how the cost of the same change develops from event to event; only changes
@@ -81,6 +84,7 @@ class Resilience:
     events: Sequence[Event]
     found: Mapping[tuple[Event, str], Mapping[str, Spread]]
     curves: Mapping[str, MeanCurve]
+    constant: Mapping[str, Mapping[str, MeanCurve]]
     without: Mapping[str, str]
     unjudged: Sequence[tuple[Run, Event, str, str]]
     rates: Mapping[tuple[str, str], Spread]
@@ -136,10 +140,22 @@ def resilience_of(world: World, store: Store) -> Resilience | None:
         events=events,
         found=found,
         curves=curves,
+        constant={label: _constant(world, label, store) for label in curves},
         without=without,
         unjudged=list(_unjudged(world.runs, events)),
         rates=_rates(world, events),
     )
+
+
+def _constant(world: World, label: str, store: Store) -> dict[str, MeanCurve]:
+    """Return the mean curves of a controller's twins whose load never changes, by their role."""
+    own = [twin for twin in world.twins if twin.row.controller == label]
+    roles = sorted({twin.stored.result.role for twin in own if twin.stored.result.role.startswith(STEADY_TWIN)})
+    found = {
+        role: _mean_curve((twin, read_curves(store, twin)) for twin in own if twin.stored.result.role == role)
+        for role in roles
+    }
+    return {role: curve for role, curve in found.items() if isinstance(curve, MeanCurve)}
 
 
 def _judged(runs: Sequence[Run], event: Event) -> dict[str, Spread]:

@@ -40,7 +40,8 @@ def curve_charts(findings: Findings, resilience: Resilience) -> list[Chart]:
             description=_described(label, resilience.curves[label], curve) + _cut(curve, top),
             x=Axis("time [s]", 0.0, float(resilience.curves[label].t[-1] + resilience.curves[label].dt)),
             y=Axis("joint error [mrad]" + _cut(curve, top), 0.0, 1.05 * top),
-            curves=[curve],
+            # The controller's own curve is drawn last, above its twins.
+            curves=[*_twins(resilience, label), curve],
             events=marks,
             height=180,
         )
@@ -77,6 +78,15 @@ def _zoom(findings: Findings, resilience: Resilience, event: Event, labels: Sequ
         curves=curves,
         height=230,
     )
+
+
+def _twins(resilience: Resilience, label: str) -> list[Curve]:
+    """Return what the error would have been with each load from the start on: recovery is judged against these."""
+    found = resilience.constant.get(label, {})
+    return [
+        _curve(f"twin, {role}", mean, 0, len(mean.t), style)
+        for style, (role, mean) in enumerate(found.items(), start=1)
+    ]
 
 
 def _curve(label: str, mean: MeanCurve, first: int, last: int, style: int = 0) -> Curve:

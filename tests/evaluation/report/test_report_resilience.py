@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 from torquebench.evaluation.metrics import EVENT_METRICS
 from torquebench.evaluation.report import write_report
+from torquebench.evaluation.report.findings import find_all
+from torquebench.evaluation.report.resilience import resilience_of
+from torquebench.evaluation.report.resilience_figures import curve_charts
+from torquebench.evaluation.report.worlds import worlds_of
 from torquebench.scenarios.loads import LoadSchedule, Payload
+from torquebench.scenarios.store import Store
 from torquebench.scenarios.trace import encode_trace
 
 LAP, LAPS, DT = 3.0, 12, 1e-2
@@ -253,3 +258,19 @@ def test_a_page_with_many_controllers_stays_below_two_megabytes(shelf):
         for path in PATHS:
             put(shelf, f"law_{number}", path, size=0.05 + 0.001 * rng.normal(), level=0.02 + 0.001 * number)
     assert len(shelf.campaign().report().html.encode()) < 2e6
+
+
+def test_the_twins_of_constant_loads_stand_beside_the_curve(shelf):
+    """Recovery is judged against them; the one whose event never ends judges no recovery and stays away."""
+    run = replace(shelf.specification("cbmc_v3", "none", "S1"), schedule=STEP, twins=True, laps=LAPS)
+    kept = replace(shelf.result(run, 1e-2, "slow"), trace=trace_of(0.05))
+    twins = ("constant 1.5 kg", "constant 3.5 kg sand", "3.5 kg sand stays")
+    shelf.put(run, kept, *(replace(kept, role=role, trace=trace_of(0.0)) for role in twins))
+    shelf.store.close()
+    with Store.read(shelf.folder) as store:
+        (found,) = find_all(worlds_of(store.runs(), store.campaigns()))
+        (chart,) = curve_charts(found, resilience_of(found.world, store))
+    assert [curve.label for curve in chart.curves] == [
+        "twin, constant 1.5 kg", "twin, constant 3.5 kg sand", "cbmc_v3 / none",
+    ]  # fmt: skip
+    assert chart.curves[-1].y.max() > chart.curves[0].y.max()
