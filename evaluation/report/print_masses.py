@@ -9,11 +9,11 @@ from matplotlib.figure import Figure as Sheet
 from matplotlib.patches import Patch
 
 from ..metrics import METRICS
-from ..motion_sets import PAPER, rows_in, sets_in
+from ..motion_sets import MOTION_SETS, PAPER, TITLES, rows_in, sets_in
 from ..rows import RunRow, read
 from .drawing import COLOURS
 from .findings import HEADLINES, WINDOW, Findings
-from .numbers import unit_on_page
+from .numbers import counting, unit_on_page
 from .print_drawing import PAGE
 from .sentences import SUBJECTS
 
@@ -82,8 +82,17 @@ def mass_sheet(findings: Findings, labels: Sequence[str], motions: str = PAPER) 
     shown += [
         Patch(facecolor="white", edgecolor="black", hatch=_hatch(i), label=g or "all") for i, g in enumerate(groups)
     ]
-    sheet.legend(handles=shown, loc="outside lower center", ncols=4)
+    words = f"{_motions(rows)}. Bars: from the least to the largest mean of a motion; lines: of a single run"
+    sheet.legend(handles=shown, loc="outside lower center", ncols=4, title=words, title_fontsize=6.0)
     return sheet
+
+
+def _motions(rows: Sequence[RunRow]) -> str:
+    """Return the motions of runs: the name of their set, or each by its own."""
+    names = {row.trajectory for row in rows}
+    whole = [TITLES[name] for name, motions in MOTION_SETS.items() if names == set(motions)]
+    title = whole[0] if whole else ", ".join(sorted(names, key=counting))
+    return f"{title[0].upper()}{title[1:]}"
 
 
 def _named(label: str, rows: Sequence[RunRow]) -> str:

@@ -188,3 +188,13 @@ def test_of_several_sets_of_motions_one_is_drawn(shelf, tmp_path):
     assert tops["further"] > 2.0 * tops["paper"]
     with pytest.raises(UnknownMotionSet, match="known: paper, further, extended"):
         print_figures.print_figures(shelf.folder, tmp_path, motions="papre")
+
+
+def test_the_figure_by_mass_names_its_motions_and_its_marks(shelf, tmp_path):
+    """A set that did not run is not drawn under its name, and bars and lines need a key."""
+    shelf.grid({("cbmc_v3", "none"): 20e-3}, masses=(1.5, 2.5))
+    shelf.store.close()
+    for motions in ("paper", "further"):
+        print_figures.print_figures(shelf.folder, tmp_path, motions=motions)
+        words = " ".join(words_of((tmp_path / "w1-errors-by-mass.svg").read_bytes()))
+        assert "T1 to T8. Bars: from the least to the largest mean of a motion; lines: of a single run" in words
