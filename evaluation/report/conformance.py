@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from ...controllers import Finding
 from ...scenarios.store import StoredRun
 from .table import Cell, Column, Table
-from .worlds import Run
+from .worlds import Run, settings_in_words
 
 ConformanceOf = Callable[[StoredRun], Sequence[Finding]]
 """Takes a run to the outcome of every check of its controller; empty if it is not there to be checked."""
@@ -27,9 +27,10 @@ def conformance_table(runs: Iterable[Run], conformance_of: ConformanceOf) -> Tab
     for run in runs:
         specification = run.stored.specification
         first.setdefault((specification.controller, repr(sorted(specification.settings.items()))), run)
-    checked = {_name(run): conformance_of(run.stored) for run in first.values()}
-    laws = list(dict.fromkeys(finding.check for findings in checked.values() for finding in findings))
-    rows = [_row(name, findings, laws) for name, findings in sorted(checked.items())]
+    # Several settings of one controller may have one name, in one world or in two: each has its row.
+    checked = sorted(((_name(run), conformance_of(run.stored)) for run in first.values()), key=lambda pair: pair[0])
+    laws = list(dict.fromkeys(finding.check for _, findings in checked for finding in findings))
+    rows = [_row(name, findings, laws) for name, findings in checked]
     return Table(
         id="conformance-table",
         caption="The contract, checked when this page was written",
@@ -39,8 +40,10 @@ def conformance_table(runs: Iterable[Run], conformance_of: ConformanceOf) -> Tab
 
 
 def _name(run: Run) -> str:
-    """Return a controller's label without the knowledge of the run."""
-    return run.row.controller.rpartition(" / ")[0] or run.row.controller
+    """Return a controller's label without the knowledge of the run, and with the settings that it ran with."""
+    specification = run.stored.specification
+    name = specification.label.rpartition(" / ")[0]
+    return f"{name} ({settings_in_words(specification.settings)})" if specification.settings else name
 
 
 def _row(name: str, findings: Sequence[Finding], laws: Sequence[str]) -> tuple[Cell, ...]:

@@ -139,7 +139,7 @@ def _facts(row: StoredRun) -> tuple[tuple[str, str], ...]:
         ("Tool point", run.tool or "the robot's first"),
         ("Plant", run.plant),
         ("Tier", run.tier),
-        ("Tier constants", _in_words(run.tier_constants) or OWN_CONSTANTS),
+        ("Tier constants", settings_in_words(run.tier_constants) or OWN_CONSTANTS),
         ("Load history", history_in_words(row) if run.schedule.events else CONSTANT),
         ("Laps", str(run.laps)),
         ("Lead-in", f"{run.lead_in:g} s"),
@@ -229,7 +229,7 @@ def _labels(stored: Sequence[StoredRun]) -> dict[str, str]:
     variants: dict[str, set[tuple[str, str]]] = {}
     for row in stored:
         run = row.specification
-        variants.setdefault(run.label, set()).add((run.controller, _in_words(run.settings)))
+        variants.setdefault(run.label, set()).add((run.controller, settings_in_words(run.settings)))
     return {row.address: _label(row, variants[row.specification.label]) for row in stored}
 
 
@@ -238,11 +238,12 @@ def _label(row: StoredRun, variants: Collection[tuple[str, str]]) -> str:
     run, doors = row.specification, {door for door, _ in variants}
     parts = [f"from {run.controller}"] if len(doors) > 1 else []
     if len(variants) > len(doors) and run.settings:
-        parts.append(_in_words(run.settings))
+        parts.append(settings_in_words(run.settings))
     return f"{run.label} ({', '.join(parts)})" if parts else run.label
 
 
-def _in_words(settings: Mapping[str, object]) -> str:
+def settings_in_words(settings: Mapping[str, object]) -> str:
+    """Return settings as a label names them: ``bandwidth=40.0, integral=true``."""
     return ", ".join(f"{name}={json.dumps(value)}" for name, value in sorted(settings.items()))
 
 

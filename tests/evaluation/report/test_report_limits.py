@@ -56,6 +56,21 @@ def test_each_controller_is_checked_once_and_a_broken_law_is_seen(shelf):
     assert "differs from tick 3" in html
 
 
+@pytest.mark.parametrize("laps", [(3, 3), (3, 2)], ids=["one world", "two worlds"])
+def test_each_setting_of_a_controller_has_its_row_of_checks(shelf, laps):
+    """One that keeps the contract must not hide another of the same name that breaks it."""
+    for bandwidth, count in zip((20.0, 40.0), laps, strict=True):
+        shelf.grid({("computed_torque", "none"): 1e-3}, settings={"bandwidth": bandwidth}, laps=count)
+
+    def check(run):
+        return [Finding(check="runs", passed=run.specification.settings["bandwidth"] > 30.0)]
+
+    files, _ = page_of(shelf, conformance_of=check)
+    with (files.tables / "conformance-table.csv").open(encoding="utf-8", newline="") as stream:
+        rows = {row["Controller"]: row["runs"].split()[-1] for row in csv.DictReader(stream)}
+    assert rows == {"computed_torque (bandwidth=20.0)": "broken", "computed_torque (bandwidth=40.0)": "holds"}
+
+
 def test_without_checks_the_page_says_that_nobody_was_checked(quick):
     """A page that is written elsewhere may know no controller."""
     assert "No controller was there to be checked" in quick.html
