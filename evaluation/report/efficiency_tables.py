@@ -138,8 +138,11 @@ def _front(label: str, efficiency: Efficiency) -> str:
 
 
 def _time_share(findings: Findings, label: str) -> float | None:
-    called, simulated = findings.timing(label, "call_s"), findings.timing(label, "simulated_s")
-    return None if called is None or not simulated else called / simulated
+    """Return the time of all calls over all simulated time: motions last differently long."""
+    timings = [run.stored.result.timing for run in findings.runs_of(label)]
+    noted = [(float(t["call_s"]), float(t["simulated_s"])) for t in timings if {"call_s", "simulated_s"} <= set(t)]
+    simulated = sum(seconds for _, seconds in noted)
+    return sum(called for called, _ in noted) / simulated if simulated > 0.0 else None
 
 
 def _heads(findings: Findings, efficiency: Efficiency) -> list[Cell]:

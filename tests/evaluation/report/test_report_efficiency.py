@@ -256,6 +256,14 @@ def test_the_hosts_time_is_that_of_the_calls_by_simulated_time(shelf):
     assert "an unknown machine" in host_table(findings_of(shelf), []).caption
 
 
+def test_the_hosts_time_is_pooled_over_runs_of_different_length(shelf):
+    """Calls of all runs by seconds of all runs: a median by a median is the time of no run, and of no mean of runs."""
+    for trajectory, called, simulated in (("T1", 0.010, 10.0), ("T2", 0.050, 10.0), ("T6", 0.060, 2.0)):
+        put(shelf, "computed_torque", trajectory=trajectory, simulated=simulated, call_s=called)
+    table = host_table(findings_of(shelf.campaign()), [])
+    assert column(table, "Time [ms/s]") == [pytest.approx(120.0 / 22.0)]
+
+
 @given(points, st.sampled_from("abcdefgh"))
 def test_a_front_is_blind_to_who_is_not_on_it(found, name):
     """Taking away a dominated controller moves nobody; so it does not matter which losers a campaign includes."""
