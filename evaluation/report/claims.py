@@ -140,7 +140,8 @@ def _row(verdict: Verdict) -> tuple[Cell, ...]:
         Cell(claim.id, kind="head"),
         Cell(claim.says, note=claim.place, kind="wide"),
         _printed_cell(claim),
-        Cell("none" if measured.value is None else _value(measured, measured.value), measured.value, note=limits),
+        # Units differ from row to row, so a number is nothing without its own, in a file too.
+        Cell("none" if measured.value is None else _value(measured, measured.value), note=limits),
         Cell(str(measured.n) if measured.n else "", float(measured.n) or None, note=measured.of),
         Cell(f"{symbol} {verdict.statement}", kind="wide" if verdict.parts else kind),
         Cell(reason or ("the highest word" if verdict.word == REPRODUCED else ""), note=also, kind="wide"),
@@ -153,7 +154,7 @@ def _printed_cell(claim: Claim) -> Cell:
     if value is None:
         return Cell("")
     note = f"ratio {ratio_text(1.0 - value / 100.0)}" if unit == "%" else ""
-    return Cell(_printed(value, unit), value, note=note)
+    return Cell(_printed(value, unit), note=note)
 
 
 def _printed(value: float, unit: str) -> str:
@@ -192,8 +193,8 @@ def _reductions() -> Table:
     rows = [
         (
             Cell(found.place, kind="head"),
-            Cell(f"{found.ours:g} {found.unit}", found.ours),
-            Cell(f"{found.theirs:g} {found.unit}", found.theirs),
+            Cell(f"{found.ours:g} {found.unit}"),
+            Cell(f"{found.theirs:g} {found.unit}"),
             Cell(f"{found.printed:.1f}", found.printed),
             Cell(f"{found.recomputed:.2f}", found.recomputed, kind="" if found.agrees else "bad"),
         )

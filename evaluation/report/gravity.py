@@ -57,11 +57,11 @@ def gravity_table(world: World, known: GravityErrors) -> Table:
     ]
     return Table(
         id=f"{world.id}-gravity",
-        caption=f"{known.controller}: error of each pattern's torque, of the gravity torque of its load [%]",
-        columns=[Column("Motion", numeric=False), *(Column(f"{load:g} kg beyond the gripper") for load in loads)],
+        caption=f"{known.controller}: error of each pattern's torque, of the gravity torque of its load",
+        columns=[Column("Motion", numeric=False), *(Column(f"{load:g} kg beyond the gripper", "%") for load in loads)],
         rows=rows,
     )
 
 
 def _share(error: float | None) -> Cell:
-    return Cell("none", kind="missing") if error is None else Cell(significant(100.0 * error, 2), error)
+    return Cell("none", kind="missing") if error is None else Cell(significant(100.0 * error, 2), 100.0 * error)

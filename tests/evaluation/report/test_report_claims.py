@@ -1,5 +1,6 @@
 """The paper's claims on the page: every one with a verdict, none without what it was judged against."""
 
+import csv
 import json
 from dataclasses import replace
 
@@ -128,6 +129,18 @@ def test_patterns_are_judged_on_the_motions_that_training_did_not_see(shelf):
         found = next(claim for claim in summary["claims"] if claim["id"] == "C33")
         assert (found["verdict"], found["measured"]) == (verdict, pytest.approx(error))
         assert "of the gravity torque of its load" in files.index.read_text(encoding="utf-8")
+        with (files.tables / "w1-gravity.csv").open(encoding="utf-8", newline="") as stream:
+            table = {row["Motion"]: row for row in csv.DictReader(stream)}
+        assert float(table["T1"]["3 kg beyond the gripper [%]"]) == pytest.approx(100.0 * error)
+
+
+def test_a_number_of_a_claim_keeps_its_unit_in_a_file(precise):
+    """Rows have units of their own: 0.018 below a header without any is no figure."""
+    with (precise.files.tables / "claims-precision.csv").open(encoding="utf-8", newline="") as stream:
+        (level,) = [row for row in csv.DictReader(stream) if row["No."] == "C7"]
+    assert level["Paper"] == "18.0 mm" and level["Measured"].endswith(" mm")
+    with (precise.files.tables / "claims-arithmetic.csv").open(encoding="utf-8", newline="") as stream:
+        assert {row["Factory"].split()[-1] for row in csv.DictReader(stream)} == {"m", "rad"}
 
 
 def test_energy_is_judged_by_each_run_s_own_counts(shelf):
