@@ -102,7 +102,7 @@ def ratio_figure(findings: Findings, metric: str) -> Figure | None:
         title=f"Mean {subject} error against {world.reference}",
         description=(
             f"Dots: geometric mean ratio to {world.reference}. Bars: 95 % interval over "
-            f"{compared[order[0]].n_trajectories} trajectories. Left of 1 the error is lower. "
+            f"{_trajectories([compared[label].n_trajectories for label in order])}. Left of 1 the error is lower. "
             + "; ".join(f"{line.label}: {line.text}" for line in lines)
         ),
         axis=f"ratio of mean {subject} errors, logarithmic",
@@ -149,6 +149,12 @@ def trajectory_figure(findings: Findings, metric: str) -> Figure | None:
         lines=lines,
         legend=(*dict.fromkeys(shapes.values()), ("bar", "mean of all")),
     )
+
+
+def _trajectories(counts: Sequence[int]) -> str:
+    """Say over how many trajectories the comparisons are, which need not be the same for all."""
+    least, most = min(counts), max(counts)
+    return f"{most} trajectories" if least == most else f"the {least} to {most} trajectories that both ran"
 
 
 def _ratio_scale(comparisons: Sequence[Comparison]) -> LogScale:

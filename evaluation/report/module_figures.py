@@ -7,9 +7,11 @@ import numpy as np
 from ..intervals import t_interval
 from .charts import Axis, Chart, Curve, around, at_ends, thinned
 from .findings import Findings
-from .modules import Gains, Modules
+from .modules import SWEPT, Gains, Modules
 
 MRAD = 1e3
+PATTERNS = "one pattern, the other, and both"
+"""What the figure by load shows where all of its controllers ran."""
 
 
 def load_charts(findings: Findings, modules: Modules) -> list[Chart]:
@@ -21,7 +23,7 @@ def load_charts(findings: Findings, modules: Modules) -> list[Chart]:
         charts.append(
             Chart(
                 id=f"{findings.world.id}-load-error",
-                title="Joint error by load: one pattern, the other, and both",
+                title=f"Joint error by load: {PATTERNS if len(errors) == len(SWEPT) else ', '.join(errors)}",
                 description=f"Mean joint error, steady window, 95 % interval over seeds. {at_ends(curves, 'mrad')}",
                 x=_loads([curve.x for curve in curves]),
                 y=around("mean joint error [mrad]", _extents(curves), zero=True),

@@ -95,5 +95,5 @@ def times_lower(ratio: float) -> str:
     if not math.isfinite(size):
         return f"incomparably {word}"
     if size >= 1.5:
-        return f"{size:.2g} times {word}" if size < 100 else f"{size:.0f} times {word}"
+        return f"{size:.2g} times {word}" if size < 99.5 else f"{size:.0f} times {word}"
     return f"{abs(1.0 - ratio) * 100:.2g} % {word}"

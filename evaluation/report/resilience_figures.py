@@ -29,7 +29,7 @@ def curve_charts(findings: Findings, resilience: Resilience) -> list[Chart]:
     """Return the error over time of each controller, all on the same axes."""
     labels = [label for label in findings.order if label in resilience.curves][:MOST_CHARTS]
     curves = {label: _curve(label, resilience.curves[label], 0, len(resilience.curves[label].t)) for label in labels}
-    # One controller that oscillates would flatten all others: the axis ends above what nine in ten reach.
+    # One controller that oscillates would flatten all others: the axis ends at three times their median peak.
     tops = sorted(float(curve.y.max()) for curve in curves.values())
     top = min(tops[-1], 3.0 * tops[len(tops) // 2]) if tops else 1.0
     marks = [(event.time, event.words) for event in resilience.events if event.window]

@@ -119,6 +119,13 @@ def test_a_clear_winner_is_named_with_ratio_and_interval(shelf):
     assert "95 % interval over 8 trajectories" in first
 
 
+def test_a_figure_of_ratios_says_that_not_all_are_over_as_many_motions(shelf):
+    """The count of the first controller is not that of all."""
+    shelf.grid({("flexiv_factory", "none"): 17e-3, ("computed_torque", "none"): 1e-3})
+    html = shelf.grid({("mpc", "none"): 1e-3}, trajectories=("T1", "T2", "T3")).campaign().report().html
+    assert "95 % interval over the 3 to 8 trajectories that both ran" in html
+
+
 def test_the_summary_is_plain_json(quick):
     def refuse(word):
         raise AssertionError(word)

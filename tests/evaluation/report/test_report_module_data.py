@@ -249,6 +249,8 @@ def test_one_load_is_no_curve_and_one_seed_has_no_band(put, read):
     found, modules = read()
     error, weight = load_charts(found, modules)
     assert [curve.label for curve in error.curves] == ["cbmc_v3 / none"]
+    # A title that speaks of both patterns would leave the one curve without a name.
+    assert error.title == "Joint error by load: cbmc_v3 / none"
     assert {curve.band for curve in (*error.curves, *weight.curves)} == {None}
 
 

@@ -35,7 +35,13 @@ def test_a_ratio_never_hides_its_side_of_one(value, text):
 
 @pytest.mark.parametrize(
     ("ratio", "words"),
-    [(1 / 39, "39 times lower"), (0.88, "12 % lower"), (1.12, "12 % higher"), (2.0, "2 times higher")],
+    [
+        (1 / 39, "39 times lower"),
+        (0.88, "12 % lower"),
+        (1.12, "12 % higher"),
+        (2.0, "2 times higher"),
+        (99.6, "100 times higher"),
+    ],
 )
 def test_ratios_in_words(ratio, words):
     assert times_lower(ratio) == words
