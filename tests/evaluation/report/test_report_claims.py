@@ -36,7 +36,7 @@ def test_what_ran_is_judged_and_what_did_not_is_open(precise):
     assert "water" in found["C5"]["reason"] and found["C5"]["measured"] is None
     assert "paper and paper-resilience run it" in found["C35"]["reason"]
     assert found["C54"]["verdict"] == "cannot be tested here"
-    assert found["C49"]["measured"] == pytest.approx(31.0e-6)
+    assert "paper and compute run it" in found["C49"]["reason"]
 
 
 def test_a_proxy_never_stands_without_what_it_is(precise):
