@@ -15,7 +15,7 @@ from .efficiency import computing_of
 from .gravity import GRAVITY, GravityErrors
 from .modules import figure_of
 from .panels import Panels
-from .resilience import REPEATED, Resilience, events_of
+from .resilience import REPEATED, Resilience, events_of, values_by_seed
 from .traces import GAINS, Curves, read_curves
 from .worlds import CONSTANT, Run, World
 
@@ -23,6 +23,7 @@ ROBOT = "rizon4s"
 """The arm that the paper speaks of."""
 MEAN_CURVE = "mean curve"
 """What stands for a trajectory where a figure comes from the mean over trajectories."""
+RECOVERY = "recovery_time_paper_style"
 RUN = "run"
 HELD_OUT = "gravity_heldout"
 """The set of motions on which patterns are judged, which no benchmark runs."""
@@ -85,7 +86,7 @@ def _evidence(world: World, panels: Panels, store: Store | None, runs: RunSet) -
             figures |= _of_gains(stiffness, damping)
         rows.append(_with(run.row, figures))
     if panels.resilience is not None:
-        rows += _from_curves(panels.resilience.resilience, members[0].row)
+        rows += rows_of_curves(panels.resilience.resilience, members[0].row, int(world.facts["Laps"]))
     return Evidence(runs=runs, rows=rows, gains=gains)
 
 
@@ -168,16 +169,24 @@ def _with(row: RunRow, figures: Mapping[str, float]) -> RunRow:
     return replace(row, metrics={**row.metrics, RUN: {**row.metrics.get(RUN, {}), **entries}}) if figures else row
 
 
-def _from_curves(resilience: Resilience, like: RunRow) -> list[RunRow]:
+def rows_of_curves(resilience: Resilience, like: RunRow, laps: int) -> list[RunRow]:
     """Return a row for each seed's mean curve with the figures that come from it."""
     found: dict[tuple[str, int], dict[str, dict[str, dict[str, Any]]]] = {}
-    for (event, label), spreads in resilience.found.items():
-        window = event.window or f"event@{event.time:g}"
-        for seed, value in enumerate(spreads["recovery_time_paper_style"].values):
-            status = "ok" if math.isfinite(value) else "censored"
-            entry = {"recovery_time_paper_style": {"value": value, "status": status}}
-            found.setdefault((label, seed), {})[window] = entry
+    for label, curve in resilience.curves.items():
+        for event in resilience.events:
+            values = values_by_seed(curve, RECOVERY, event, laps)
+            for repetition, value in zip(curve.repetitions, values, strict=True):
+                entry = {RECOVERY: {"value": value.value, "status": value.status}}
+                found.setdefault((label, repetition), {})[event.window or f"event@{event.time:g}"] = entry
     return [
-        replace(like, controller=label, trajectory=MEAN_CURVE, group="", repetition=seed, status="ok", metrics=metrics)
-        for (label, seed), metrics in found.items()
+        replace(
+            like,
+            controller=label,
+            trajectory=MEAN_CURVE,
+            group="",
+            repetition=repetition,
+            status="ok",
+            metrics=metrics,
+        )
+        for (label, repetition), metrics in found.items()
     ]

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...scenarios.store import Store
-from ..metrics import METRICS
+from ..metrics import METRICS, Value
 from .numbers import MINUS
 from .spread import Spread, gathered
 from .traces import Curves, read_curves
@@ -16,8 +16,6 @@ from .worlds import Run, World
 
 SERIES = ("last_cycle_error", "recovery_time_cycle_band", "recovery_time_paper_style", "error_peak_raw")
 """Figures that come from the curves, averaged over the trajectories of a seed."""
-
-
 STEADY_TWIN = "constant "
 """How the roles of twins begin whose load never changes."""
 REPEATED = 3
@@ -53,11 +51,13 @@ class MeanCurve:
     Attributes:
         dt: Time between samples [s].
         seeds: One curve for each repetition in which every trajectory finished, shape (S, N) [rad].
+        repetitions: The number of each of these repetitions.
         paths: How many trajectories were averaged.
     """
 
     dt: float
     seeds: np.ndarray
+    repetitions: Sequence[int]
     paths: int
 
     @property
@@ -185,34 +185,46 @@ def _rates(world: World, events: Sequence[Event]) -> dict[tuple[str, str], Sprea
 def _series(curve: MeanCurve | None, event: Event, laps: int) -> dict[str, Spread]:
     """Return the figures of the curves, seed by seed."""
     found = {name: Spread() for name in SERIES}
-    for errors in curve.seeds if curve else ():
-        fields = {"errors": errors[None, :], "event": event.time, "until": event.until, "dt": curve.dt}  # type: ignore[union-attr]
-        fields["lap"] = len(errors) * fields["dt"] / laps
-        for name in SERIES:
-            value = METRICS[name].value_of(fields)
-            found[name].add(value.value, value.status)
+    for name, spread in found.items() if curve else ():
+        for value in values_by_seed(curve, name, event, laps):
+            spread.add(value.value, value.status)
     return found
+
+
+def values_by_seed(curve: MeanCurve, name: str, event: Event, laps: int) -> list[Value]:
+    """Return a figure of :data:`SERIES` for each seed of a mean curve, whatever its status.
+
+    Args:
+        curve: The curve.
+        name: Id of the metric.
+        event: After which change of the load.
+        laps: Laps of the run.
+    """
+    count = curve.seeds.shape[1]
+    fields = {"event": event.time, "until": event.until, "dt": curve.dt, "lap": count * curve.dt / laps}
+    return [METRICS[name].value_of({**fields, "errors": errors[None, :]}) for errors in curve.seeds]
 
 
 def _mean_curve(read: Iterable[tuple[Run, Curves | None]]) -> MeanCurve | str:
     """Return the mean over trajectories of each seed that has them all, or why there is none."""
     listed = list(read)
     paths = sorted({run.row.trajectory for run, _ in listed})
-    seeds: dict[tuple[object, ...], dict[str, Curves]] = {}
+    seeds: dict[tuple[float, str, int], dict[str, Curves]] = {}
     for run, curves in listed:
         if curves is not None:
             key = (run.row.mass, run.row.material, run.row.repetition)
             seeds.setdefault(key, {})[run.row.trajectory] = curves
-    whole = [seed for _, seed in sorted(seeds.items(), key=lambda item: str(item[0])) if len(seed) == len(paths)]
+    whole = {key: seed for key, seed in sorted(seeds.items(), key=lambda item: str(item[0])) if len(seed) == len(paths)}
     if not seeds:
         return "no trace was kept" if any(run.row.status == "ok" for run, _ in listed) else "no run finished"
     if not whole:
         return "no seed finished on every trajectory with its trace kept"
-    shapes = {(curves.dt, len(curves.error)) for seed in whole for curves in seed.values()}
+    shapes = {(curves.dt, len(curves.error)) for seed in whole.values() for curves in seed.values()}
     if len(shapes) > 1:
         return "its trajectories last differently long"
-    means = [np.mean([seed[path].error for path in paths], axis=0) for seed in whole]
-    return MeanCurve(dt=shapes.pop()[0], seeds=np.array(means), paths=len(paths))
+    means = [np.mean([seed[path].error for path in paths], axis=0) for seed in whole.values()]
+    repetitions = [repetition for _, _, repetition in whole]
+    return MeanCurve(dt=shapes.pop()[0], seeds=np.array(means), repetitions=repetitions, paths=len(paths))
 
 
 def _unjudged(runs: Sequence[Run], events: Sequence[Event]) -> Iterable[tuple[Run, Event, str, str]]:

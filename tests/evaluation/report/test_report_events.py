@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from torquebench.evaluation.report.claim_evidence import rows_of_curves
 from torquebench.evaluation.report.findings import find_all
 from torquebench.evaluation.report.resilience import Event, MeanCurve, events_of, resilience_of
 from torquebench.evaluation.report.resilience_figures import (
@@ -106,6 +107,18 @@ def test_a_mean_curve_is_the_mean_over_motions_of_each_seed(put, read):
     assert pytest.approx(np.broadcast_to([0.02, 0.04], (before.sum(), 2)), rel=1e-6) == curve.seeds[:, before].T
     during = (curve.t > 4.0 - DT / 2) & (curve.t < 8.0 - DT / 2)
     assert curve.seeds[0, during] == pytest.approx(0.04, rel=1e-6)
+
+
+def test_a_seed_keeps_its_number_though_another_is_lost(put, read):
+    """The second seed has no curve; the third must not be taken for it, in none of its windows."""
+    for seed in range(3):
+        put("cbmc_v3", trace=None if seed == 1 else True, level=0.02 * (seed + 1), repetition=seed)
+    found, resilience = read()
+    assert tuple(resilience.curves["cbmc_v3 / none"].repetitions) == (0, 2)
+    rows = rows_of_curves(resilience, found.world.runs[0].row, LAPS)
+    assert {row.repetition: set(row.metrics) for row in rows} == {
+        seed: {"event@0", "event@4", "event@8"} for seed in (0, 2)
+    }
 
 
 @pytest.mark.parametrize(
@@ -280,5 +293,5 @@ def test_without_the_spiking_controller_there_is_nothing_to_zoom_on(put, read):
 
 def test_the_time_of_a_curve_is_its_samples_by_their_distance():
     """From time 0 on, the lead-in is gone."""
-    curve = MeanCurve(dt=0.25, seeds=np.zeros((2, 4)), paths=3)
+    curve = MeanCurve(dt=0.25, seeds=np.zeros((2, 4)), repetitions=(0, 1), paths=3)
     assert curve.t.tolist() == [0.0, 0.25, 0.5, 0.75]
