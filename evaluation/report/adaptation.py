@@ -10,6 +10,7 @@ from ..metrics import METRICS
 from ..motion_sets import PAPER, rows_in
 from ..rows import RunRow, read
 from .findings import ORIENTATION, POSITION, WINDOW
+from .numbers import counting
 
 ENDINGS = {POSITION: "position", ORIENTATION: "orientation"}
 """Base metric to the end of the ids that have its unit."""
@@ -105,7 +106,7 @@ def grid_of(rows: Sequence[RunRow], controller: str, base: str) -> Grid | str:
         controller: Its label.
         base: Id of the metric.
     """
-    groups = {row.trajectory: row.group for row in sorted(rows, key=lambda row: row.trajectory)}
+    groups = {row.trajectory: row.group for row in sorted(rows, key=lambda row: counting(row.trajectory))}
     loads = tuple(sorted({(row.mass, row.material) for row in rows}))
     cells: dict[tuple[str, Load], list[float]] = {}
     for row in rows:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from .findings import Findings
-from .numbers import significant, unit_on_page
+from .numbers import counting, significant, unit_on_page
 from .table import Cell, Column, Table
 from .worlds import Run
 
@@ -32,7 +32,9 @@ def draw_table(findings: Findings) -> Table:
             Cell(str(count), count),
             *(Cell(dict(values).get(name, "")) for name in names),
         )
-        for (trajectory, repetition, values), count in sorted(counts.items())
+        for (trajectory, repetition, values), count in sorted(
+            counts.items(), key=lambda item: (counting(item[0][0]), item[0])
+        )
     ]
     columns = [Column("Trajectory", numeric=False), Column("Repetition"), Column("Runs")]
     columns += [

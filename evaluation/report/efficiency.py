@@ -75,7 +75,7 @@ def efficiency_of(findings: Findings, costs_of: CostsOf) -> Efficiency | None:
                 found[label] = computing
     if not found:
         return None
-    errors = findings.ranked_means(POSITION)
+    errors = findings.ranking[POSITION]
     knowledge = {label: findings.runs_of(label)[0].stored.specification.knowledge for label in found}
     compared = [label for label in found if label in errors]
     arithmetic = {label: (errors[label], found[label].estimate.arithmetic) for label in compared}

@@ -192,7 +192,7 @@ def _controller(found: Findings, label: str) -> dict[str, object]:
         "settings": dict(first.settings),
         "metrics": {f"{s[label].window}.{metric}": _summary(s[label]) for metric, s in found.summaries.items()},
         "runs_saturated": found.saturated(label),
-        "by_lap": {metric: found.by_lap(metric).get(label) for metric in found.lap_metrics},
+        "by_lap": {metric: means.get(label) for metric, means in found.by_lap.items()},
         "median_over_runs": {name: found.timing(label, name) for name in ("call_us_median", "real_time_factor")},
         "ledger": [{**entry, "value": values[0] if len(values) == 1 else values} for entry, values in ledger_of(runs)],
     }

@@ -124,14 +124,18 @@ class Findings:
 
     def ranked(self, metric: str) -> tuple[str, ...]:
         """Return controllers with few failures and a value in every common cell, smallest mean over these first."""
-        return tuple(self.ranked_means(metric))
+        return tuple(self.ranking[metric])
 
-    def ranked_means(self, metric: str) -> dict[str, float]:
-        """Return the mean over the common cells of every controller that has a rank, smallest first.
+    @cached_property
+    def ranking(self) -> dict[str, dict[str, float]]:
+        """Headline metric to the mean over the common cells of every controller that has a rank, smallest first.
 
         A mean over the easy part of a grid is no better than one over all of it, and who ran more cells or repetitions
         than others is judged where they ran too.
         """
+        return {metric: self._ranked_means(metric) for metric in HEADLINES}
+
+    def _ranked_means(self, metric: str) -> dict[str, float]:
         rows, found = self.common_rows, self.common_summaries[metric]
         definition = METRICS[metric]
         valued = {(row.controller, row.cell) for row in rows if read(row, definition, WINDOW).magnitude is not None}
@@ -168,11 +172,16 @@ class Findings:
         times = [float(timing[name]) for timing in timings if name in timing]
         return float(np.median(times)) if times else None
 
-    def by_lap(self, metric: str) -> dict[str, list[float]]:
-        """Return the mean of each lap over the runs of each controller that finished."""
-        found = {}
+    @cached_property
+    def by_lap(self) -> dict[str, dict[str, list[float]]]:
+        """Metric to controller to the mean of each lap, over its runs in the common cells that finished."""
+        return {metric: self._by_lap(metric) for metric in self.lap_metrics}
+
+    def _by_lap(self, metric: str) -> dict[str, list[float]]:
+        found, cells = {}, {row.cell for row in self.common_rows}
         for label in self.order:
-            laps = [run.stored.result.laps.get(metric, ()) for run in self.runs_of(label) if run.row.status == "ok"]
+            runs = [run for run in self.runs_of(label) if run.row.status == "ok" and run.row.cell in cells]
+            laps = [run.stored.result.laps.get(metric, ()) for run in runs]
             whole = [list(lap) for lap in laps if len(lap) == int(self.world.facts["Laps"])]
             if whole:
                 found[label] = [float(value) for value in np.mean(whole, axis=0)]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ...scenarios.store import StoredRun
 from .numbers import significant
 from .table import Cell, Column, Table
-from .worlds import World
+from .worlds import SPIKING, World
 
 Errors = Mapping[str, Mapping[float, float]]
 """Motion to load of a pattern [kg] to the error of its torque relative to gravity."""
@@ -15,8 +15,6 @@ GravityOf = Callable[[StoredRun], Errors | None]
 """Takes a run to the errors of its controller's patterns, None if it has none."""
 
 GRAVITY = "gravity_torque_nrmse"
-SPIKING = "cbmc_v3"
-"""The controller whose patterns are shown; its ablations and null controls have the same."""
 
 
 def no_gravity(run: StoredRun) -> None:
@@ -38,6 +36,8 @@ class GravityErrors:
 
 def gravity_errors(world: World, gravity_of: GravityOf) -> GravityErrors | None:
     """Return how well the spiking controller of a world knows gravity; None if it did not run or has no patterns.
+
+    Its ablations and null controls have the same patterns.
 
     Args:
         world: The world.

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..metrics import METRICS
 from .charts import Axis, Chart, Curve, around
+from .few import few
 from .findings import HEADLINES, Findings
 from .numbers import significant, unit_on_page
 from .sentences import SUBJECTS
@@ -25,11 +26,12 @@ def lap_charts(findings: Findings) -> list[Chart]:
 
 def _chart(findings: Findings, metric: str, laps: int) -> Chart | None:
     shown, subject = unit_on_page(METRICS[metric].unit), SUBJECTS[metric]
-    found = {label: np.array(means) * shown.factor for label, means in findings.by_lap(metric).items()}
+    found = {label: np.array(means) * shown.factor for label, means in findings.by_lap.get(metric, {}).items()}
     able = {label: means for label, means in found.items() if (means > 0.0).all()}
-    listed = list(able.items())[:MOST_CURVES]
-    if not listed:
+    labels, which = few(findings, list(able), MOST_CURVES)
+    if not labels:
         return None
+    listed = [(label, able[label]) for label in labels]
     numbers = np.arange(1.0, laps + 1.0)
     curves = [Curve(label=label, x=numbers, y=means, style=i, dots=True) for i, (label, means) in enumerate(listed)]
     words = "; ".join(
@@ -38,8 +40,9 @@ def _chart(findings: Findings, metric: str, laps: int) -> Chart | None:
     )
     return Chart(
         id=f"{findings.world.id}-by-lap-{subject}",
-        title=f"Mean {subject} error by lap",
-        description=f"Mean over the runs that finished, in {shown.text}, both axes logarithmic. {words}",
+        title=f"Mean {subject} error by lap{which}",
+        description=f"Mean over the runs in the common cells that finished, in {shown.text}, on two logarithmic axes. "
+        + words,
         x=Axis("lap, logarithmic", 1.0, float(laps) * 1.02, log=True),
         y=around(f"mean {subject} error [{shown.text}], logarithmic", [curve.y for curve in curves], log=True),
         curves=curves,

@@ -5,12 +5,11 @@ from dataclasses import replace
 
 from .cells import controller_column
 from .findings import Findings
-from .modules import LAYERS, Gains, Modules
+from .modules import ALL_MODULES, LAYERS, MODULES, Gains, Modules
 from .numbers import significant
 from .spread import Spread, spread_cell
 from .table import Cell, Column, Table
 
-MODULES = ("cerebellum", "thalamus", "brainstem", "spinal_cord")
 DEFINED, EXECUTED, LEARNING, BESIDE = "Forward, as defined", "Forward, as executed", "Learning", "Beside"
 COUNTED = (
     ("effective_macs", "MAC", DEFINED),
@@ -75,9 +74,9 @@ def spike_table(findings: Findings, modules: Modules) -> Table:
 def operation_table(findings: Findings, modules: Modules) -> Table:
     """Return the operations of every controller that counts them by module, over all of its modules."""
     rows = [
-        (_head(findings, label), *_counts(modules.operations[label], MODULES))
+        (_head(findings, label), *_counts(modules.operations[label], ALL_MODULES))
         for label in findings.order
-        if any(_is_module(name) for name in modules.operations.get(label, {}))
+        if any(f"{ALL_MODULES}_{count}" in modules.operations.get(label, {}) for count, _, _ in COUNTED)
     ]
     return _operation_table(findings, "operations", "Operations, all modules together", controller_column(), rows)
 
@@ -86,7 +85,7 @@ def module_operation_table(findings: Findings, label: str, modules: Modules) -> 
     """Return the operations of one controller, module by module."""
     found = modules.operations[label]
     rows = [
-        (Cell(module.replace("_", " ").capitalize(), kind="head"), *_counts(found, (module,)))
+        (Cell(module.replace("_", " ").capitalize(), kind="head"), *_counts(found, module))
         for module in MODULES
         if any(name.startswith(f"{module}_") for name in found)
     ]
@@ -113,19 +112,15 @@ def _operation_table(
     )
 
 
-def _counts(found: Mapping[str, Spread], modules: Sequence[str]) -> list[Cell]:
-    """Return the counts of some modules in millions a second."""
+def _counts(found: Mapping[str, Spread], module: str) -> list[Cell]:
+    """Return the counts of a module, or of all together, in millions a second."""
     cells = []
     for count, _, _ in COUNTED:
-        medians = [found[name].median for module in modules if (name := f"{module}_{count}") in found]
-        total = sum(medians) * MEGA
+        spread = found.get(f"{module}_{count}")
+        total = spread.median * MEGA if spread else 0.0
         text = "0" if total == 0.0 else significant(total) if total >= 1e-3 else "< 0.001"
-        cells.append(Cell(text, total) if medians else Cell("\N{EMPTY SET} not counted", kind="missing"))
+        cells.append(Cell(text, total) if spread else Cell("\N{EMPTY SET} not counted", kind="missing"))
     return cells
-
-
-def _is_module(name: str) -> bool:
-    return any(name == f"{module}_{count}" for module in MODULES for count, _, _ in COUNTED)
 
 
 def _rate(spread: Spread | None) -> Cell:

@@ -14,6 +14,8 @@ from .worlds import Run, World
 
 SWEPT = ("light_only", "heavy_only", "cbmc_v3")
 """Controllers of the figures by load, as in the paper's panels."""
+MODULES, ALL_MODULES = ("cerebellum", "thalamus", "brainstem", "spinal_cord"), "all_modules"
+"""How the names of counted operations begin, and that of their sums."""
 MOST_TRACES = 24
 """Runs of a controller whose gains are read from their traces."""
 START_UP = 3.0
@@ -221,12 +223,23 @@ def _spikes(runs: Sequence[Run]) -> dict[str, Spread]:
 
 
 def _operations(runs: Sequence[Run]) -> dict[str, Spread]:
-    """Return every counted operation by simulated second, lead-in included."""
+    """Return every counted operation by simulated second, lead-in included, of each module and of all together."""
     found: dict[str, Spread] = {}
     for run in runs:
         counted = run.stored.result.counts.get("operations")
         simulated = run.stored.result.timing.get("simulated_s")
         if isinstance(counted, Mapping) and isinstance(simulated, int | float) and simulated > 0.0:
-            for name, count in counted.items():
-                found.setdefault(str(name), Spread()).add(float(count) / float(simulated), "ok")
+            counts = {str(name): float(count) for name, count in counted.items()}
+            for name, count in (counts | _together(counts)).items():
+                found.setdefault(name, Spread()).add(count / float(simulated), "ok")
+    return found
+
+
+def _together(counts: Mapping[str, float]) -> dict[str, float]:
+    """Return the sums over modules: those of one run, since a sum of medians is the count of no run."""
+    found: dict[str, float] = {}
+    for module in MODULES:
+        for name in (name for name in counts if name.startswith(f"{module}_")):
+            together = f"{ALL_MODULES}_{name.removeprefix(f'{module}_')}"
+            found[together] = found.get(together, 0.0) + counts[name]
     return found

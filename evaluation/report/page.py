@@ -215,7 +215,7 @@ def _section(found: Findings, panels: Panels, title: str) -> Section:
     world = found.world
     dots = [(trajectory_figure(found, metric), split_tables.trajectory_table(found, metric)) for metric in HEADLINES]
     ratios = [ratio_figure(found, metric) for metric in HEADLINES]
-    laps = [split_tables.lap_table(found, metric) for metric in found.lap_metrics if found.by_lap(metric)]
+    laps = [split_tables.lap_table(found, metric) for metric, means in found.by_lap.items() if means]
     return Section(
         id=world.id,
         title=title,

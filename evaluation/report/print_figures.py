@@ -17,10 +17,7 @@ from .findings import HEADLINES, POSITION, Findings, find_all
 from .panels import ModulesPanel, Panels, ResiliencePanel, panels_of
 from .print_drawing import FORMATS, PAGE, draw_chart, draw_rows, look, marks_legend, shared_legend, written
 from .print_masses import mass_sheet
-from .worlds import worlds_of
-
-SPIKING = "cbmc_v3"
-"""The paper's own controller: beside the reference, the one that its figures show."""
+from .worlds import SPIKING, worlds_of
 
 
 def print_figures(store_folder: Path, out: Path, controllers: Sequence[str] = (), motions: str = PAPER) -> list[Path]:

@@ -5,6 +5,7 @@ import numpy as np
 from ..errors import NothingToCompare
 from ..profiles import MULTIPLES, Profile, score_profile
 from .charts import Axis, Chart, Curve
+from .few import few
 from .findings import HEADLINES, WINDOW, Findings
 from .sentences import SUBJECTS
 
@@ -18,22 +19,20 @@ def profile_charts(findings: Findings) -> list[Chart]:
     Args:
         findings: The world's findings; empty if nothing is compared in it.
     """
-    found = ((metric, _profiles(findings, metric)) for metric in HEADLINES)
-    return [_chart(findings, metric, profiles) for metric, profiles in found if profiles]
+    return [chart for metric in HEADLINES if (chart := _chart(findings, metric)) is not None]
 
 
-def _profiles(findings: Findings, metric: str) -> list[Profile]:
-    """Return the profiles of a metric; empty if the reference has no value to be a multiple of."""
-    world = findings.world
-    labels = [label for label in findings.order if label in findings.comparisons[metric]][:MOST_PROFILES]
-    try:
-        return [score_profile(world.rows, label, world.reference, metric, WINDOW) for label in labels]
-    except NothingToCompare:
-        return []
-
-
-def _chart(findings: Findings, metric: str, found: list[Profile]) -> Chart:
+def _chart(findings: Findings, metric: str) -> Chart | None:
+    """Return the chart of a metric; None if the reference has no value to be a multiple of, or nothing is compared."""
     world, subject = findings.world, SUBJECTS[metric]
+    able = [label for label in findings.order if label in findings.comparisons[metric]]
+    labels, which = few(findings, able, MOST_PROFILES)
+    try:
+        found = [score_profile(world.rows, label, world.reference, metric, WINDOW) for label in labels]
+    except NothingToCompare:
+        return None
+    if not found:
+        return None
     bands = len(found) <= 2
     curves = [
         Curve(label=p.controller, x=MULTIPLES, y=100.0 * p.share, style=i, band=_band(p) if bands else None)
@@ -43,7 +42,7 @@ def _chart(findings: Findings, metric: str, found: list[Profile]) -> Chart:
     words = "; ".join(f"{p.controller}: {100.0 * p.share[at_one]:.0f} %" for p in found)
     return Chart(
         id=f"{world.id}-profile-{subject}",
-        title=f"Share of runs within a multiple of the {subject} error of {world.reference}",
+        title=f"Share of runs within a multiple of the {subject} error of {world.reference}{which}",
         description=f"A failed run is within none. Within the reference's own mean error in the same cell: {words}",
         x=Axis("multiple of the reference's mean error in the cell, logarithmic", 0.1, 10.0, log=True),
         y=Axis("share of runs [%]", 0.0, 104.0),

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from .findings import Findings
+from .numbers import counting
 from .worlds import Run
 
 MARGIN, LOOPS, LOOP = "margin", "loops", "loop "
@@ -43,7 +44,7 @@ def robustness_of(findings: Findings) -> Robustness | None:
     order = [*known, *dict.fromkeys(run.row.controller for run in studies if run.row.controller not in known)]
     margins: dict[tuple[str, str], dict[str, Entry]] = {}
     loops: dict[str, Mapping[str, Mapping[str, Entry]]] = {}
-    for run in sorted(studies, key=lambda run: (order.index(run.row.controller), run.row.trajectory)):
+    for run in sorted(studies, key=lambda run: (order.index(run.row.controller), counting(run.row.trajectory))):
         if MARGIN in run.row.metrics:
             margins.setdefault((run.row.controller, run.row.trajectory), {}).update(_margins(run))
         elif LOOPS in run.row.metrics:

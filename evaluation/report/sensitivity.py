@@ -126,7 +126,7 @@ def _title(base: Findings, other: Findings) -> str:
 
 
 def _column(findings: Findings, order: Sequence[str], metric: str, unit: str) -> list[Cell]:
-    means, summaries = findings.ranked_means(metric), findings.summaries[metric]
+    means, summaries = findings.ranking[metric], findings.summaries[metric]
     ranked = list(means)
     readings = []
     for label in order:

@@ -190,7 +190,7 @@ def _no_reference(findings: Findings) -> str:
 
 
 def _mean(findings: Findings, metric: str, label: str) -> str:
-    return value_in_words(findings.ranked_means(metric)[label], METRICS[metric].unit)
+    return value_in_words(findings.ranking[metric][label], METRICS[metric].unit)
 
 
 def _count(number: int, one: str, many: str) -> str:

@@ -46,7 +46,7 @@ def shape_table(findings: Findings) -> Table:
 def lap_table(findings: Findings, metric: str) -> Table:
     """Return the mean of each lap: who wins depends on how long one learns."""
     laps = int(findings.world.facts["Laps"])
-    found = findings.by_lap(metric)
+    found = findings.by_lap[metric]
     registered = METRICS.get(metric)
     unit, label = (registered.unit, registered.label) if registered else ("m", metric)
     flat = [Reading(found[name][lap]) for name in found for lap in range(laps)]
@@ -57,7 +57,7 @@ def lap_table(findings: Findings, metric: str) -> Table:
     ]
     return Table(
         id=f"{findings.world.id}-laps-{metric}",
-        caption=f"{label[0].upper()}{label[1:]} by lap, mean over the runs that finished",
+        caption=f"{label[0].upper()}{label[1:]} by lap, mean over the runs in the common cells that finished",
         columns=[controller_column(), *(Column(f"Lap {lap + 1}", unit_on_page(unit).text) for lap in range(laps))],
         rows=rows,
         name=f"{findings.world.id}-laps-{metric}",

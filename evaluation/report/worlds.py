@@ -9,6 +9,7 @@ from functools import cached_property
 from ...controllers import discovery
 from ...scenarios.store import StoredRun
 from ..rows import RunRow
+from .numbers import counting
 
 RUN = "run"
 """The role of the runs that enter comparisons; any other role is a twin."""
@@ -18,7 +19,8 @@ NOISE_ONLY, PLANT_TOO = "sensor noise", "friction, load, link masses, start and 
 
 OWN_CONSTANTS = "the robot's own"
 """Tier constants of all runs that change none."""
-
+SPIKING = "cbmc_v3"
+"""The controller that the comparison is about."""
 CONSTANT = "constant load"
 """Load history of all runs whose load does not change; any other history is a world of its own."""
 
@@ -169,7 +171,7 @@ def _world(
 ) -> World:
     labels, groups = _labels(stored), _groups(stored)
     runs = [Run(_row(row, labels[row.address], groups[row.specification.trajectory]), row) for row in stored]
-    runs.sort(key=lambda run: run.row.key)
+    runs.sort(key=lambda run: (counting(run.row.trajectory), run.row.key))
     single = [run for run in runs if not run.stored.specification.study]
     world = World(
         id=name,

@@ -276,3 +276,13 @@ def test_whoever_asks_for_less_motion_gets_few_pictures(drilled):
     drilled.wait("times.length > 3")
     drilled.run("document.querySelector('.player .play').click()")
     assert min(np.diff(drilled.run("times"))[1:]) > 200.0
+
+
+@pytest.mark.parametrize("fragment", ["#%", "#%E0%A4%A", "#no-such-place"])
+def test_a_link_that_leads_nowhere_stops_nothing(tab, campaign, fragment):
+    """Mail programs cut links; a bare per cent sign is no text, and the theme and the tables must work all the same."""
+    tab.emulate()
+    tab.open(campaign, fragment)
+    tab.run("document.querySelector('.theme').click()")
+    assert tab.run("document.documentElement.dataset.theme") == "dark"
+    quiet(tab)

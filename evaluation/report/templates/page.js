@@ -10,8 +10,11 @@
   name();
   document.querySelector(".top").append(button);
 
+  const named = (fragment) => {
+    try { return document.getElementById(decodeURIComponent(fragment)); } catch { return null; }
+  };
   const reveal = () => {
-    const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const target = named(location.hash.slice(1));
     for (let node = target; node; node = node.parentElement) if (node.tagName === "DETAILS") node.open = true;
     if (target) target.scrollIntoView();
   };

@@ -89,3 +89,16 @@ def test_profiles_stand_beside_the_comparisons(quick):
     assert (quick.files.figures / "w1-profile-orientation.svg").is_file()
     assert "in the same cell: " in quick.html
     assert "flexiv_full_ff / none: 96 %" in quick.html
+
+
+def test_a_figure_that_cannot_show_all_says_so_and_keeps_the_spiking_one(shelf):
+    """Nine laws and the one that the comparison is about, last: five of nine, and it."""
+    sizes = {(f"law_{number}", "none"): 1e-3 * (1 + number) for number in range(8)}
+    shelf.grid(sizes | {("flexiv_factory", "none"): 2e-2, ("cbmc_v3", "none"): 5e-2}, masses=(1.5,))
+    page = shelf.campaign().report()
+    of_all = "of flexiv_factory / none: the first 5 of 9 and cbmc_v3 / none"
+    assert f"Share of runs within a multiple of the position error {of_all}" in page.html
+
+
+def test_a_figure_of_all_says_nothing_of_the_first(quick):
+    assert ": the first " not in quick.html

@@ -203,6 +203,16 @@ def test_a_rate_is_spikes_by_neuron_and_step(put, read, layer, entries):
     assert table.rows[0][1].text == "50.0"
 
 
+def test_operations_of_all_modules_are_those_of_one_run(put, read):
+    """Medians of two modules may come from different runs: their sum, 4 here, is then the count of no usual run."""
+    for seed, (cerebellum, thalamus) in enumerate([(9, 1), (1, 9), (2, 2), (30, 1), (1, 30)]):
+        counts = {"cerebellum_executed_macs": cerebellum, "thalamus_executed_macs": thalamus}
+        put(operations=counts, simulated=1.0, repetition=seed)
+    operations = read()[1].operations["cbmc_v3 / none"]
+    assert sorted(operations["all_modules_executed_macs"].values) == [4, 10, 10, 31, 31]
+    assert operations["cerebellum_executed_macs"].median + operations["thalamus_executed_macs"].median == 4
+
+
 def test_operations_are_by_second_of_simulated_time(put, read):
     """Lead-in included, on any machine the same; modules add up, other counters are not summed with them."""
     counts = {"cerebellum_executed_macs": 18e6, "thalamus_executed_macs": 9e6, "calls": 5e6}

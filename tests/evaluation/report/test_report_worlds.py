@@ -1,5 +1,6 @@
 """Stores that are not a full grid: the page says what is missing and mixes nothing."""
 
+import csv
 import re
 from dataclasses import replace
 
@@ -237,3 +238,14 @@ def test_means_in_sentences_are_of_the_cells_that_most_ran(shelf):
     paper = [error for name, error in stored["by_trajectory"].items() if name.startswith("T")]
     assert f"{1e3 * sum(paper) / len(paper):.2f} mm" in sentences(page)[0]
     assert stored["mean"] > 10.0 * sum(paper) / len(paper)
+    laps = world["controllers"]["pid / none"]["by_lap"][POSITION]
+    assert sum(laps) / 3.0 == pytest.approx(sum(paper) / len(paper))
+
+
+def test_motions_stand_as_people_count(shelf):
+    """M2 before M10, in the file of all runs too."""
+    for trajectory in ("M10", "M2", "M1"):
+        run = shelf.specification("flexiv_factory", "none", trajectory)
+        shelf.put(run, shelf.result(run, 1e-2, "slow"))
+    rows = csv.DictReader(shelf.report().files.runs.open(encoding="utf-8"))
+    assert [row["trajectory"] for row in rows] == ["M1", "M2", "M10"]
