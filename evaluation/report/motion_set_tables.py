@@ -1,18 +1,24 @@
 """The paper's motions and new ones apart: what each controller reached on each set, and how sure that is there."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from ..comparison import Comparison
 from ..metrics import METRICS
-from ..motion_sets import TITLES, rows_in
+from ..motion_sets import FURTHER, PAPER, TITLES, rows_in
+from ..rows import RunRow
 from ..summary import Summary, summary
+from .adaptation import grid_of
 from .cells import controller_cells, controller_column, verdict_cell, why_none
 from .findings import WINDOW, Findings
-from .numbers import unit_on_page
+from .numbers import ratio_text, unit_on_page
 from .sentences import SUBJECTS
 from .table import Cell, Column, Reading, Table, columns_to_rows, number_cells, word_cell
 
 RATIO_NOTE = "geometric mean of the ratio to the reference, with the 95 % interval over the trajectories of the set"
+GAP_NOTE = (
+    "geometric mean over motions and shared loads (heldout_gap); the new motions have shapes and speeds of their own, "
+    "so compare it between controllers"
+)
 FAMILY_NOTE = "corrected for all opponents of the reference on the set; below, how many trajectories decide"
 
 
@@ -39,6 +45,8 @@ def motion_set_table(findings: Findings, metric: str) -> Table:
             [_ratio(findings, comparisons, label) for label in findings.order],
             [_family(comparisons.get(label)) for label in findings.order],
         ]
+    columns.append(Column(f"{TITLES[FURTHER]} over {TITLES[PAPER]}", note=GAP_NOTE))
+    cells.append([_gap(rows, label, metric) for label in findings.order])
     return Table(
         id=f"{findings.world.id}-motion-sets-{SUBJECTS[metric]}",
         caption=f"Mean {SUBJECTS[metric]} error by set of motions, run window",
@@ -46,6 +54,18 @@ def motion_set_table(findings: Findings, metric: str) -> Table:
         rows=columns_to_rows(cells),
         name=f"{findings.world.id}-{SUBJECTS[metric]}-by-motion-set",
     )
+
+
+def _gap(rows: Sequence[RunRow], label: str, metric: str) -> Cell:
+    """Return how much larger the error is on the new motions, over the loads that those ran with."""
+    new = rows_in(rows, FURTHER)
+    loads = {(row.mass, row.material) for row in new}
+    old = [row for row in rows_in(rows, PAPER) if (row.mass, row.material) in loads]
+    trained, tried = grid_of(old, label, metric), grid_of(new, label, metric)
+    if isinstance(trained, str) or isinstance(tried, str):
+        return word_cell(tried if isinstance(tried, str) else str(trained))
+    value = METRICS["heldout_gap"].value_of({"new": tried.errors, "trained": trained.errors}).value
+    return Cell(ratio_text(value), value)
 
 
 def _mean(found: Mapping[str, Summary], label: str) -> Reading:

@@ -185,8 +185,8 @@ def _rates(world: World, events: Sequence[Event]) -> dict[tuple[str, str], Sprea
 def _series(curve: MeanCurve | None, event: Event, laps: int) -> dict[str, Spread]:
     """Return the figures of the curves, seed by seed."""
     found = {name: Spread() for name in SERIES}
-    for name, spread in found.items() if curve else ():
-        for value in values_by_seed(curve, name, event, laps):
+    for name, spread in found.items():
+        for value in values_by_seed(curve, name, event, laps) if curve is not None else ():
             spread.add(value.value, value.status)
     return found
 

@@ -1,5 +1,9 @@
 """Old and new motions apart on the page: a table of their own, an interval of their own."""
 
+import csv
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from torquebench.evaluation import MOTION_SETS
 
@@ -47,3 +51,19 @@ def test_a_campaign_on_the_papers_motions_alone_has_no_such_table(quick):
     """Nothing to tell apart."""
     assert quick.summary["worlds"][0]["motion_sets"] == {}
     assert "w1-motion-sets" not in quick.html
+
+
+def test_new_over_old_is_of_the_loads_that_both_ran_with(tmp_path, shelf_class):
+    """The new motions ran empty and heavy, the old ones in between too: the cells in between have no counterpart."""
+    shelf = shelf_class(tmp_path / "store")
+    shelf.grid(SCALES, MOTION_SETS["paper"], (1.5, 2.5, 3.5)).grid(SCALES, MOTION_SETS["further"], (1.5, 3.5))
+    shelf.fail(replace(shelf.specification("compliant", "none", "M11", 1.5), repetition=1))
+    page = shelf.campaign().report()
+    logs = {name: [] for name in ("T", "M")}
+    for row in csv.DictReader(page.files.runs.open(encoding="utf-8")):
+        if row["controller"] == "computed_torque" and row["mass [kg]"] != "2.5":
+            logs[row["trajectory"][0]].append(np.log(float(row["run.tcp_position_error_mean [m]"])))
+    table = (page.files.tables / "w1-motion-sets-position.csv").read_text(encoding="utf-8")
+    last = {row[0]: row[-1] for row in csv.reader(table.splitlines()) if row}
+    assert float(last["computed_torque / none"]) == pytest.approx(np.exp(np.mean(logs["M"]) - np.mean(logs["T"])), 5e-3)
+    assert last["compliant / none"] == "\N{EMPTY SET} a run failed"
