@@ -7,7 +7,7 @@ from ..rows import RunRow
 from .adaptation import ENDINGS, Grid, adaptation_values, compared_rows, grid_of
 from .cells import controller_cells, controller_column
 from .findings import HEADLINES, Findings
-from .numbers import unit_on_page
+from .numbers import capitalised, unit_on_page
 from .sentences import SUBJECTS
 from .table import Column, Reading, Table, columns_to_rows, number_cells
 
@@ -31,11 +31,8 @@ def _table(findings: Findings, rows: Sequence[RunRow], base: str) -> Table:
     for name in names:
         metric = METRICS[name]
         readings = [_reading(grids[label], values[label].get(name)) for label in findings.order]
-        columns.append(
-            Column(
-                metric.label, unit_on_page(metric.unit).text, note=f"{name}, {BETTER[metric.better]}: {metric.source}"
-            )
-        )
+        note = f"{name}, {BETTER[metric.better]}: {metric.source}"
+        columns.append(Column(capitalised(metric.label), unit_on_page(metric.unit).text, note=note))
         cells.append(number_cells(readings, metric.unit))
     identity = f"{findings.world.id}-adaptation-{ENDINGS[base]}"
     return Table(

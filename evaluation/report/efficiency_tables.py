@@ -8,7 +8,7 @@ from ..summary import summary
 from .cells import controller_column, why_none
 from .efficiency import Computing, Efficiency
 from .findings import POSITION, WINDOW, Findings
-from .numbers import significant, unit_on_page
+from .numbers import capitalised, significant, unit_on_page
 from .table import Cell, Column, Reading, Table, columns_to_rows, head_cells, number_cells, word_cell
 
 MEGA, KILO = 1e-6, 1e-3
@@ -123,7 +123,7 @@ def mechanical_table(findings: Findings) -> Table:
         readings = [Reading(found[label].mean, why_none(found[label])) for label in findings.order]
         if any(reading.value is not None for reading in readings):
             metric = METRICS[name]
-            columns.append(Column(metric.label, unit_on_page(metric.unit).text))
+            columns.append(Column(capitalised(metric.label), unit_on_page(metric.unit).text))
             cells.append(number_cells(readings, metric.unit))
     caption = "Mechanical energy at the joints, simulated; gears, motors and electronics have no losses here"
     return _table(findings, "mechanical", caption, columns, cells if len(columns) > 1 else [])

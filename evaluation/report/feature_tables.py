@@ -10,7 +10,7 @@ from ..metrics import METRICS
 from ..rows import Cell as GridCell
 from .cells import controller_cells
 from .findings import WINDOW, Findings
-from .numbers import unit_on_page
+from .numbers import capitalised, unit_on_page
 from .table import Cell, Column, Reading, Table, columns_to_rows, number_cells
 
 
@@ -111,7 +111,7 @@ def _table(findings: Findings, feature: Feature) -> Table:
 def _column(findings: Findings, name: str) -> tuple[Column, list[Cell]]:
     means, stored = _means(findings, name)
     readings = [Reading(means.get(label), "undefined") for label in findings.order]
-    text, unit = (METRICS[name].label, METRICS[name].unit) if name in METRICS else (name, stored)
+    text, unit = (capitalised(METRICS[name].label), METRICS[name].unit) if name in METRICS else (name, stored)
     return Column(text, unit_on_page(unit).text), number_cells(readings, unit)
 
 

@@ -10,7 +10,7 @@ from ..summary import Summary, summary
 from .adaptation import grid_of
 from .cells import controller_cells, controller_column, verdict_cell, why_none
 from .findings import WINDOW, Findings
-from .numbers import ratio_text, unit_on_page
+from .numbers import capitalised, ratio_text, unit_on_page
 from .sentences import SUBJECTS
 from .table import Cell, Column, Reading, Table, columns_to_rows, number_cells, word_cell
 
@@ -33,8 +33,7 @@ def motion_set_table(findings: Findings, metric: str) -> Table:
     unit, rows = METRICS[metric].unit, findings.world.rows
     for place, (name, families) in enumerate(findings.by_set.items()):
         found, comparisons = summary(rows_in(rows, name), metric, WINDOW), families[metric]
-        title, first = TITLES[name], place == 0
-        title = f"{title[0].upper()}{title[1:]}"
+        title, first = capitalised(TITLES[name]), place == 0
         columns += [
             Column("Mean", unit_on_page(unit).text, group=title),
             Column("Ratio", group=title, note=RATIO_NOTE if first else ""),

@@ -66,6 +66,11 @@ def counting(name: str) -> tuple[tuple[str, int], ...]:
     return tuple((text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d*)", name))
 
 
+def capitalised(text: str) -> str:
+    """Return a title with its first letter large and all others as they are: names in it keep theirs."""
+    return f"{text[:1].upper()}{text[1:]}"
+
+
 def significant(value: float, digits: int = 3) -> str:
     """Return a number with so many significant digits and never in exponential form above 1e-6."""
     if value == 0.0:

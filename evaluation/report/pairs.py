@@ -7,7 +7,7 @@ from ..metrics import METRICS
 from ..statistics import EXACT_FLIPS
 from .cells import controller_column, interval_cell, verdict_cell
 from .findings import COMPARED, Findings
-from .numbers import p_value, ratio_text
+from .numbers import capitalised, p_value, ratio_text
 from .table import Cell, Column, Table
 
 OTHER = "Other intervals, 95 %"
@@ -37,7 +37,7 @@ def comparison_table(findings: Findings, metric: str) -> Table:
     label = METRICS[metric].label
     return Table(
         id=f"{findings.world.id}-pairs-{metric}",
-        caption=f"{label[0].upper()}{label[1:]}: each controller against {findings.world.reference}",
+        caption=f"{capitalised(label)}: each controller against {findings.world.reference}",
         columns=columns if metric == COMPARED[0] else [replace(column, note="") for column in columns],
         rows=[_row(findings, found[name]) for name in findings.order if name in found],
         name=f"{findings.world.id}-comparisons-{metric}",

@@ -13,7 +13,7 @@ from ..motion_sets import MOTION_SETS, PAPER, TITLES, rows_in, sets_in
 from ..rows import RunRow, read
 from .drawing import COLOURS
 from .findings import HEADLINES, WINDOW, Findings
-from .numbers import counting, unit_on_page
+from .numbers import capitalised, counting, unit_on_page
 from .print_drawing import PAGE
 from .sentences import SUBJECTS
 
@@ -92,7 +92,7 @@ def _motions(rows: Sequence[RunRow]) -> str:
     names = {row.trajectory for row in rows}
     whole = [TITLES[name] for name, motions in MOTION_SETS.items() if names == set(motions)]
     title = whole[0] if whole else ", ".join(sorted(names, key=counting))
-    return f"{title[0].upper()}{title[1:]}"
+    return capitalised(title)
 
 
 def _named(label: str, rows: Sequence[RunRow]) -> str:

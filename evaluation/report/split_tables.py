@@ -7,7 +7,7 @@ from ..metrics import METRICS
 from ..summary import Summary
 from .cells import controller_cells, controller_column, why_none
 from .findings import HEADLINES, Findings
-from .numbers import counting, significant, unit_on_page
+from .numbers import capitalised, counting, significant, unit_on_page
 from .sentences import SUBJECTS
 from .table import Cell, Column, Reading, Table, columns_to_rows, head_cells, number_cells
 
@@ -57,7 +57,7 @@ def lap_table(findings: Findings, metric: str) -> Table:
     ]
     return Table(
         id=f"{findings.world.id}-laps-{metric}",
-        caption=f"{label[0].upper()}{label[1:]} by lap, mean over the runs in the common cells that finished",
+        caption=f"{capitalised(label)} by lap, mean over the runs in the common cells that finished",
         columns=[controller_column(), *(Column(f"Lap {lap + 1}", unit_on_page(unit).text) for lap in range(laps))],
         rows=rows,
         name=f"{findings.world.id}-laps-{metric}",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from torquebench.evaluation.metrics import METRICS
 from torquebench.evaluation.report.adaptation import adaptation_values, compared_rows, grid_of
+from torquebench.evaluation.report.numbers import capitalised
 from torquebench.evaluation.rows import RunRow
 
 BASE = "tcp_position_error_mean"
@@ -77,7 +78,7 @@ def test_the_page_has_a_table_for_position_and_one_for_orientation(quick):
     """In the page's units, with the reason where there is no number, and for programs in stored units."""
     with (quick.files.tables / "w1-adaptation-position.csv").open(encoding="utf-8", newline="") as stream:
         rows = {found["Controller / knowledge"]: found for found in csv.DictReader(stream)}
-    title = f"{METRICS['mass_slope_position'].label} [mm/kg]"
+    title = f"{capitalised(METRICS['mass_slope_position'].label)} [mm/kg]"
     stored = quick.summary["worlds"][0]["adaptation"][BASE]
     value = stored["flexiv_factory / none"]["mass_slope_position"]
     assert float(rows["flexiv_factory / none"][title]) == pytest.approx(1e3 * value, rel=1e-3)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from torquebench.evaluation.metrics import METRICS
 from torquebench.evaluation.report.feature_tables import FEATURES
+from torquebench.evaluation.report.numbers import capitalised
 
 SIGNED, OWN = "along_track_error_mean", "jerk_of_my_own"
 
@@ -37,7 +38,7 @@ def test_a_mean_is_over_cells_and_keeps_its_sign(shelf):
     for repetition in range(3):
         put(shelf, 1.5, {SIGNED: -0.004}, repetition)
     put(shelf, 2.5, {SIGNED: 0.001})
-    found = column(shelf.report(), "w1-tracking", METRICS[SIGNED].label)
+    found = column(shelf.report(), "w1-tracking", capitalised(METRICS[SIGNED].label))
     assert float(found["computed_torque / none"]) == pytest.approx(-1.5)
 
 
@@ -46,7 +47,9 @@ def test_a_failed_run_is_in_no_mean_of_a_feature(shelf):
     put(shelf, 1.5, {SIGNED: -0.004})
     shelf.fail(shelf.specification("computed_torque", "none", "T2", 1.5))
     page = shelf.report()
-    assert float(column(page, "w1-tracking", METRICS[SIGNED].label)["computed_torque / none"]) == pytest.approx(-4.0)
+    assert float(
+        column(page, "w1-tracking", capitalised(METRICS[SIGNED].label))["computed_torque / none"]
+    ) == pytest.approx(-4.0)
     assert "means of runs that finished" in page.html
 
 
