@@ -1,5 +1,7 @@
 """A chart as SVG: inside the page, where the style sheet gives the colours, or as a file of its own."""
 
+import math
+import textwrap
 from collections.abc import Iterable
 from html import escape
 
@@ -10,6 +12,8 @@ from .charts import STYLES, Chart, Curve
 LEFT, RIGHT, TOP, BOTTOM = 46, 16, 16, 38
 LETTER = 6.4
 """Room for a letter of a label at the end of a curve."""
+TITLE_LETTER, TITLE_LINE = 8.2, 18
+"""Room for a letter of a title, and from line to line."""
 APART = 13
 """Least distance between two such labels."""
 KEY_WIDTH, KEY_HEIGHT = 14, 11
@@ -47,17 +51,23 @@ def draw(chart: Chart) -> str:
 
 def draw_file(chart: Chart) -> str:
     """Return a chart as the text of an SVG file, with its title, legend and colours."""
-    legend = chart.legend
-    top = 30 + 18 * ((len(legend) + 1) // 2)
+    legend, title = chart.legend, textwrap.wrap(chart.title, int((chart.width - 16) / TITLE_LETTER))
+    head = 20 + TITLE_LINE * (len(title) - 1)
+    longest = max((len(label) for _, _, label in legend), default=0)
+    columns = 2 if 8 + 28 + LETTER * longest < chart.width // 2 else 1
+    top = head + 10 + 18 * math.ceil(len(legend) / columns)
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{2 * chart.width}" height="{2 * (chart.height + top)}" '
         f'viewBox="0 0 {chart.width} {chart.height + top}">',
         f"<title>{escape(chart.title)}</title><desc>{escape(chart.description)}</desc><style>{STYLE}</style>",
         f'<rect width="{chart.width}" height="{chart.height + top}" fill="#fff"/>',
-        f'<text class="title" x="8" y="20">{escape(chart.title)}</text>',
+        *(
+            f'<text class="title" x="8" y="{20 + TITLE_LINE * row}">{escape(line)}</text>'
+            for row, line in enumerate(title)
+        ),
     ]
     for place, (style, plain, label) in enumerate(legend):
-        x, y = 8 + (place % 2) * chart.width // 2, 40 + 18 * (place // 2)
+        x, y = 8 + (place % columns) * chart.width // 2, head + 20 + 18 * (place // columns)
         lines.append(f'<path d="M{x} {y - 4}h22" {_stroke(style, plain=plain)}/><text x="{x + 28}" y="{y}">')
         lines.append(f"{escape(label)}</text>")
     lines.append(f'<g transform="translate(0 {top})">{"".join(_content(chart))}</g></svg>')

@@ -1,6 +1,7 @@
 """Charts and figures of rows on matplotlib axes, for print; the only place that knows how print looks."""
 
 import io
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -17,6 +18,8 @@ from .figures import Figure
 COLUMN, PAGE = 3.5, 7.16
 """Widths of a column and of a page of two columns [in]."""
 DASHES = ("-", "--", ":", "-.")
+TITLE_LETTERS = 58
+"""Letters of a title that fit above one of two charts."""
 MARKERS = {"circle": "o", "diamond": "D", "triangle": "^", "hollow": "o", "bar": "|"}
 
 LOOK: Any = {
@@ -80,7 +83,7 @@ def draw_chart(axes: Axes, chart: Chart, *, title: str = "") -> None:
         axes.annotate(words, (place, 1.0), xycoords=("data", "axes fraction"), fontsize=6, va="top", ha="left")
     _scale(axes, chart.x, horizontal=True)
     _scale(axes, chart.y, horizontal=False)
-    axes.set_title(title or chart.title, loc="left")
+    axes.set_title(textwrap.fill(title or chart.title, TITLE_LETTERS), loc="left")
     if sum(bool(curve.label) for curve in chart.curves) > 1:
         axes.legend()
 

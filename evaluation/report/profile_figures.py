@@ -44,7 +44,9 @@ def _chart(findings: Findings, metric: str) -> Chart | None:
         id=f"{world.id}-profile-{subject}",
         title=f"Share of runs within a multiple of the {subject} error of {world.reference}{which}",
         description=f"A failed run is within none. Within the reference's own mean error in the same cell: {words}",
-        x=Axis("multiple of the reference's mean error in the cell, logarithmic", 0.1, 10.0, log=True),
+        x=Axis(
+            "multiple of the reference's mean error in the cell, logarithmic", MULTIPLES[0], MULTIPLES[-1], log=True
+        ),
         y=Axis("share of runs [%]", 0.0, 104.0),
         curves=curves,
     )

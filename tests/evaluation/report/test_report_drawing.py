@@ -111,6 +111,18 @@ def test_a_file_carries_the_legend_that_the_page_has_beside_it():
     assert rows[0] == 58.0 and height == chart().height + 30 + 18 * 2
 
 
+def test_a_long_title_of_a_file_goes_on_below_and_pushes_the_drawing_down():
+    """Cut off at the edge, a title would lose the end that says what is left out."""
+    title = "Share of runs within a multiple of the position error of flexiv_factory / none: the first 5 of 52"
+    short, long = (ET.fromstring(draw_file(chart(line(), title=text))) for text in ("Error", title))
+    rows = [text for text in long.iter(f"{SVG}text") if text.get("class") == "title"]
+    assert " ".join(text.text for text in rows) == title
+    assert max(len(text.text) for text in rows) * 8.0 <= 460 and len(rows) == 2
+    lower = float(rows[1].get("y")) - float(rows[0].get("y"))
+    height = [float(root.get("viewBox").split()[3]) for root in (short, long)]
+    assert height[1] - height[0] == lower > 14.0
+
+
 def test_marks_of_events_stand_at_their_time():
     """The step at 1 s is where the curve has its sample of 1 s."""
     text = draw(chart(line(), events=[(1.0, "+2 kg")]))
