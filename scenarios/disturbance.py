@@ -8,16 +8,14 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Disturbance:
-    """Noise on the measured velocity, a wrong gain, and a torque added to the command.
+    """Noise on the measured velocity, and a torque added to the command.
 
     Attributes:
         velocity: Added to the measured velocities, shape (ticks, n) [rad/s].
-        gain: Factor on what the controller returned.
-        torque: Added after that and before the limiter, shape (ticks, n) [N m].
+        torque: Added before the limiter, shape (ticks, n) [N m].
     """
 
     velocity: np.ndarray
-    gain: float
     torque: np.ndarray
 
     def on_sensors(self, begin: Callable[[int], None], frame: np.ndarray) -> Callable[[int], None]:
@@ -35,23 +33,17 @@ class Disturbance:
 
         return noisy
 
-    def on_command(self, end: Callable[[int], int], frame: np.ndarray, log: np.ndarray) -> Callable[[int], int]:
-        """Return the end of a tick with gain and torque on the command; the log keeps what the controller returned.
+    def on_command(self, end: Callable[[int], int], memory: np.ndarray) -> Callable[[int], int]:
+        """Return the end of a tick with a torque on the command; the log keeps what the controller returned.
 
         Args:
             end: Limits the frame's command, drives, and writes the log's row.
-            frame: Record of the tick, shape (1,).
-            log: The run's log.
+            memory: What drives remember, shape (1,).
         """
-        command, commands, torque, gain = frame["command"][0], log["command"], self.torque, self.gain
-        returned = np.zeros_like(command)
+        injection, torque = memory["injection"][0], self.torque
 
-        def disturbed(k: int) -> int:
-            returned[:] = command
-            np.multiply(command, gain, out=command)
-            np.add(command, torque[k], out=command)
-            verdict = end(k)
-            commands[k] = command[:] = returned
-            return verdict
+        def injected(k: int) -> int:
+            injection[:] = torque[k]
+            return end(k)
 
-        return disturbed
+        return injected

@@ -132,7 +132,7 @@ def run_episode(episode: Episode) -> Outcome:
     outcome = Outcome(log=np.zeros(ticks, frame_dtype(n)), memory=memory)
     plant = episode.plant
     start_memory(memory, episode.constants, plant.theta, plant.wrench, plant.gravity())
-    frame["limited"] = frame["torque"] = episode.nominal_gravity
+    frame["readback"] = frame["torque"] = episode.nominal_gravity
     recorder = _Recorder([])
     started = time.perf_counter()
     with _collector_paused(), _watchdog() as watch:
@@ -160,7 +160,7 @@ def _ticks(episode: Episode, frame: np.ndarray, target: np.ndarray, outcome: Out
     begin = bind(begin_tick, frame, target, table, memory, constants, state, noise, tick=True)
     end = bind(end_tick, frame, target, log, memory, constants, tick=True)
     if episode.disturbance is not None:
-        begin, end = episode.disturbance.on_sensors(begin, frame), episode.disturbance.on_command(end, frame, log)
+        begin, end = episode.disturbance.on_sensors(begin, frame), episode.disturbance.on_command(end, memory)
     call_time, now = frame["call_time"], frame["time"]
     refresh, compute, step = provider.refresh, controller.compute, plant.step
     clock, shape, loads = time.perf_counter_ns, command.shape, episode.loads
@@ -211,7 +211,7 @@ def observe(frame: np.ndarray) -> Observation:
         q=_view(frame["q_measured"][0]),
         dq=_view(frame["dq_measured"][0]),
         wrench=_view(frame["wrench_measured"][0]),
-        command=_view(frame["limited"][0]),
+        command=_view(frame["readback"][0]),
         torque=_view(frame["torque"][0]),
     )
 

@@ -83,7 +83,7 @@ def _answers(episode: Episode, frames: np.ndarray) -> Iterator[np.ndarray]:
     """Yield the answer to every tick's observation."""
     n = episode.plant.q.shape[0]
     frame, target = np.zeros(1, frame_dtype(n)), np.zeros(1, target_dtype(n))
-    frame["limited"] = frame["torque"] = episode.nominal_gravity
+    frame["readback"] = frame["torque"] = episode.nominal_gravity
     observation, plan = observe(frame), aim(target, episode.reference)
     for k, seen in enumerate(frames):
         if k in episode.loads:
@@ -94,4 +94,4 @@ def _answers(episode: Episode, frames: np.ndarray) -> Iterator[np.ndarray]:
             frame[name][0] = seen[name]
         episode.provider.refresh(observation)
         yield episode.controller.compute(observation, plan)
-        frame["limited"], frame["torque"] = seen["limited"], seen["torque"]
+        frame["readback"], frame["torque"] = seen["readback"], seen["torque"]

@@ -35,7 +35,10 @@ def loop_study(specification: RunSpecification, play: Play, judges: Judges, *, k
             reason = f"while joint {joint + 1} was excited: {trial.result.reason}"
             return replace(trial.result, reason=reason, timing=study_timing(results), trace=None)
         scored = log.t >= -0.5 * log.dt
-        commands.append(log.tau_cmd[scored].reshape(specification.laps, -1, robot.n))
+        # What arrives at the limiter from the controller, late and with a wrong gain if the run has either.
+        loop = log.tau_lim[scored].reshape(specification.laps, -1, robot.n)
+        loop[:, :, joint] -= inject.wave
+        commands.append(loop)
         injections.append(inject.wave)
         lines, period = inject.lines, log.dt
     records = LoopRecords(commands=np.array(commands), injection=np.array(injections), lines=lines, period=period)

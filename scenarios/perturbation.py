@@ -19,7 +19,7 @@ class Perturbation:
     Attributes:
         payload: Extra mass in the shape and at the place of the container [kg].
         delay: Extra ticks between command and torque, beyond those that the tier publishes.
-        gain: Factor on the command before the limiter.
+        gain: Factor on the command before the limiter; the command that is read back has it divided out again.
         velocity_noise: Standard deviation of white noise on every measured joint velocity [rad/s].
         friction: Factor on Coulomb and viscous friction.
         offset: Norm of the joint error at the start, spread evenly over the joints [rad].

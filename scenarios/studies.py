@@ -31,7 +31,8 @@ class LoopRecords:
     """Records of a posture held while a torque is injected at one joint after the other.
 
     Attributes:
-        commands: What the controller returned, one block for each joint, shape (n, periods, samples, n) [N m].
+        commands: What acted after the limiter less what was injected, one block for each joint, shape
+            (n, periods, samples, n) [N m].
         injection: What was added to the command of the block's joint, one period, shape (n, samples) [N m].
         lines: Cycles within the period at which something was injected, shape (F,).
         period: Time between samples [s].

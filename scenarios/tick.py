@@ -28,10 +28,10 @@ def frame_dtype(n: int) -> np.dtype:
     """Return the record of one tick of an n-joint arm; also a row of the log.
 
     ``q``, ``dq``, ``wrench`` are true, ``*_measured`` what the sensors gave; ``command`` is what the controller
-    returned, ``limited`` what the limiter made of it, ``torque`` what was left of it after delay and lag; in the log
-    what acted on the links.
+    returned, ``limited`` what the limiter made of it, ``readback`` what the controller is told of that, ``torque`` what
+    was left of it after delay and lag; in the log what acted on the links.
     """
-    joints = ("q", "dq", "q_measured", "dq_measured", "command", "limited", "torque")
+    joints = ("q", "dq", "q_measured", "dq_measured", "command", "limited", "readback", "torque")
     fields: list[tuple[str, str, int]] = [(name, "f8", n) for name in joints]
     fields += [("wrench", "f8", 6), ("wrench_measured", "f8", 6)]
     return np.dtype([("time", "f8"), ("call_time", "i8"), *fields])
@@ -55,6 +55,8 @@ def memory_dtype(n: int, *, delay: int) -> np.dtype:
             ("previous", "f8", n),
             ("acting", "i8"),
             ("asked", "f8", n),
+            ("injection", "f8", n),
+            ("disturbed", "f8", n),
             ("delayed", "f8", (rows, n)),
             ("torque", "f8", n),
             ("clipped", "i8", (2, n)),
@@ -65,7 +67,17 @@ def memory_dtype(n: int, *, delay: int) -> np.dtype:
 
 def constants_dtype(n: int) -> np.dtype:
     """Return the record of a run's constants."""
-    names = ("period", "quantum", "velocity_gain", "wrench_gain", "torque_gain", "latency", "call_ticks")
+    names = (
+        "period",
+        "quantum",
+        "velocity_gain",
+        "wrench_gain",
+        "torque_gain",
+        "latency",
+        "call_ticks",
+        "gain",
+        "readback_gain",
+    )
     scalars = [(name, "f8") for name in names]
     joints = [(name, "f8", n) for name in ("effort", "rate_step", "velocity_limit", "lower", "upper")]
     return np.dtype([*scalars, ("delay", "i8"), *joints, ("wrench_bias", "f8", 6)])
@@ -80,6 +92,7 @@ def run_constants(
     upper: np.ndarray,
     bias: np.ndarray,
     latency: Latency = 0,
+    gain: float = 1.0,
 ) -> np.ndarray:
     """Return the filled record of constants, shape (1,).
 
@@ -91,6 +104,7 @@ def run_constants(
         upper: Upper position limits, shape (n,) [rad].
         bias: The run's force sensor bias, shape (6,) [N, N m].
         latency: Ticks by which every command is late, before the limiter, or ``"measured"``.
+        gain: Factor on every command, before the limiter, of which nobody is told.
     """
     constants = np.zeros(1, constants_dtype(effort.shape[0]))
     constants["period"], constants["delay"] = tier.period, tier.delay_ticks
@@ -101,6 +115,7 @@ def run_constants(
     constants["effort"], constants["velocity_limit"] = effort, velocity
     constants["rate_step"] = tier.torque_rate * tier.period
     constants["lower"], constants["upper"], constants["wrench_bias"] = lower, upper, bias
+    constants["gain"], constants["readback_gain"] = gain, 1.0 / gain if gain else 0.0
     # One sum for every run: a number of ticks for all calls, and the ticks that a nanosecond of this call counts for.
     measured = latency == MEASURED
     constants["latency"], constants["call_ticks"] = (0, 1e-9 / tier.period) if measured else (latency, 0.0)
@@ -191,11 +206,15 @@ def end_tick(frame, target, log, memory, constants, k):  # type: ignore[no-untyp
             log[k] = frame[0]
             return NOT_FINITE
     _take_newest(f, log, m, c, k)
-    limit_torque(m.asked, m.previous, c.effort, c.rate_step, f.limited, m.clipped)
+    for i in range(n):
+        m.disturbed[i] = c.gain * m.asked[i] + m.injection[i]
+    limit_torque(m.disturbed, m.previous, c.effort, c.rate_step, f.limited, m.clipped)
     rows = m.delayed.shape[0]
     row, due = k % rows, (k + rows - c.delay) % rows
     for i in range(n):
         m.previous[i] = f.limited[i]
+        # In the units of the command: a drive with a wrong gain does not know of it.
+        f.readback[i] = c.readback_gain * (f.limited[i] - m.injection[i])
         m.delayed[row, i] = f.limited[i]
         m.torque[i] += c.torque_gain * (m.delayed[due, i] - m.torque[i])
         f.torque[i] = m.torque[i]

@@ -139,6 +139,7 @@ class World:
             upper=robot.upper,
             bias=bias,
             latency=self.specification.latency,
+            gain=self.specification.perturbation.gain,
         )
         if self.specification.tare:
             constants["wrench_bias"] -= self._tare(constants)
@@ -172,13 +173,12 @@ class World:
     def _disturbance(self) -> Disturbance | None:
         """Return what disturbs sensors and commands, None where nothing does; the noise has a stream of its own."""
         perturbation = self.specification.perturbation
-        if perturbation.velocity_noise == 0.0 and perturbation.gain == 1.0 and self.injection is None:
+        if perturbation.velocity_noise == 0.0 and self.injection is None:
             return None
         shape = (self.times.size, self.robot.n)
         noise = scenario_stream("velocity noise", self.specification).standard_normal(shape)
         return Disturbance(
             velocity=perturbation.velocity_noise * noise,
-            gain=perturbation.gain,
             torque=np.zeros(shape) if self.injection is None else self.injection,
         )
 

@@ -85,6 +85,23 @@ def test_the_gain_is_on_the_command_and_the_log_keeps_what_was_returned(world_of
     assert outcome.log["limited"] == pytest.approx(1.5 * outcome.log["command"])
 
 
+@pytest.mark.parametrize("gain", [0.5, 1.25, 0.0])
+def test_the_command_that_is_read_back_does_not_tell_the_gain(world_of, play, says, gain):
+    """A drive with a wrong torque constant does not know of it; a law that limits its own rate would fight it."""
+    world = world_of(tier="tight_rate", seconds=0.03, perturbation=Perturbation(gain=gain))
+    hold = world.plant.gravity()
+    log = play(world, says(lambda k: hold + (0.2 if k >= 10 else 0.0))).log
+    assert np.abs(log["limited"][-1] - gain * log["command"][-1]).max() < 1e-9
+    assert (gain * log["readback"] == pytest.approx(log["limited"])) if gain else not log["readback"].any()
+
+
+def test_a_late_command_has_the_wrong_gain_too(world_of, play, says):
+    """It was lost where a command came out of the log, as it does with latency."""
+    world = world_of(seconds=0.03, latency=3, perturbation=Perturbation(gain=1.5))
+    log = play(world, says(lambda k: np.full(7, 0.01 * k))).log
+    assert log["limited"][3:] == pytest.approx(1.5 * log["command"][:-3])
+
+
 def test_velocity_noise_is_on_the_measured_velocity_alone(world_of, play, holds):
     """Same draws for every level, so that a search over levels compares like with like."""
     loud = play(world_of(perturbation=Perturbation(velocity_noise=0.2)), holds).log
