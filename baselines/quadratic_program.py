@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .active_set import holds, refine, refine_projection
+from .active_set import holds, refine, refine_projection, settle_projection
 from .portable_proxqp import proxqp
 
 UNLIMITED = 1e20
@@ -128,7 +128,8 @@ class ProjectionProgram(KeptSolver):
 
     .. math:: \min_x \tfrac12 x^T x + g^T x \quad \text{s.t.} \quad l \le C x \le u
 
-    Where -g violates no row it is the solution, and the solver is not asked.
+    Where -g violates no row it is the solution, and the solver is not asked; nor where the active rows of the last
+    solution, or of a few corrections of them, are those of this one. Sets that were tried count as iterations.
     """
 
     _hessian_type = proxqp.dense.HessianType.Diagonal
@@ -140,7 +141,7 @@ class ProjectionProgram(KeptSolver):
     ) -> None:
         """Allocate; arguments as of :class:`KeptSolver`."""
         super().__init__(variables, rows, tolerance=tolerance, outer=outer, inner=inner, warm=warm)
-        self._identity = np.eye(variables)
+        self._identity, self._sides = np.eye(variables), np.zeros(rows)
 
     def solve(
         self, gradient: np.ndarray, columns: np.ndarray, least: np.ndarray, most: np.ndarray
@@ -155,9 +156,21 @@ class ProjectionProgram(KeptSolver):
         """
         self.last_iterations = 0
         if holds(columns, least, most, gradient, 0.0):
+            self._sides[:] = 0.0
             return -gradient
-        solution = self._attempt(self._identity, gradient, columns.T, least, most)
-        if solution is not None:
-            multipliers = self._program.results.z
-            refine_projection(gradient, columns, least, most, multipliers, self._tolerance, solution)
-        return solution
+        solution = np.empty_like(gradient)
+        tried = settle_projection(gradient, columns, least, most, self._sides, self._tolerance, solution)
+        if tried > 0:
+            self.last_iterations = tried
+            self.iterations += tried
+            return solution
+        answer = self._attempt(self._identity, gradient, columns.T, least, most)
+        self.last_iterations -= tried
+        self.iterations -= tried
+        if answer is None:
+            self._sides[:] = 0.0
+            return None
+        multipliers = self._program.results.z
+        np.sign(np.where(np.abs(multipliers) > self._tolerance, multipliers, 0.0), out=self._sides)
+        refine_projection(gradient, columns, least, most, multipliers, self._tolerance, answer)
+        return answer

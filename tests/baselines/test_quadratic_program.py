@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from torquebench.baselines.quadratic_program import QuadraticProgram
+from torquebench.baselines.quadratic_program import ProjectionProgram, QuadraticProgram
 
 CAPS = {"tolerance": 1e-8, "outer": 20, "inner": 20}
 
@@ -75,3 +75,29 @@ def test_multipliers_of_rows_that_are_free_again_are_let_go():
     pushed = solver.solve(np.eye(2), np.zeros(2), np.eye(2), -far, np.full(2, -1.0))
     assert pushed == pytest.approx(np.full(2, -1.0), abs=1e-7)
     assert solver.solve(np.eye(2), np.zeros(2), np.eye(2), -far, far) == pytest.approx(np.zeros(2), abs=1e-7)
+
+
+def test_a_projection_is_what_the_whole_program_is_with_or_without_the_solver():
+    """Settled on the last active rows, or by ProxQP from nothing: the nearest point is one point."""
+    rng, size, rows = np.random.default_rng(4), 6, 6
+    columns, bounds = rng.standard_normal((size, rows)), (np.full(rows, -1.0), np.full(rows, 1.0))
+    kept = ProjectionProgram(size, rows, **CAPS)
+    for k in range(60):
+        gradient = 1.5 * np.sin(0.1 * k + np.arange(size))
+        whole = QuadraticProgram(size, rows, **CAPS).solve(np.eye(size), gradient, columns.T, *bounds)
+        assert kept.solve(gradient, columns, *bounds) == pytest.approx(whole, abs=1e-6)
+    assert kept.iterations > 0
+    assert kept.solves < 6
+
+
+def test_a_contradiction_in_a_projection_has_no_answer_and_leaves_no_trace():
+    """It comes from the solver, and the next program is solved as if nothing had been."""
+    size = 3
+    columns = np.hstack([np.eye(size), np.eye(size)])
+    ok = (np.full(6, -1.0), np.full(6, 1.0))
+    torn = (np.array([1.0] * 3 + [-2.0] * 3), np.array([2.0] * 3 + [-1.0] * 3))
+    program, gradient = ProjectionProgram(size, 6, **CAPS), np.array([-5.0, 0.5, 5.0])
+    first = program.solve(gradient, columns, *ok)
+    assert program.solve(gradient, columns, *torn) is None
+    assert program.solve(gradient, columns, *ok) == pytest.approx(first, abs=1e-7)
+    assert first == pytest.approx([1.0, -0.5, -1.0], abs=1e-7)
