@@ -61,6 +61,54 @@ def refine(
 
 
 @numba.njit(cache=True)
+def settle(
+    hessian: np.ndarray,
+    gradient: np.ndarray,
+    rows: np.ndarray,
+    least: np.ndarray,
+    most: np.ndarray,
+    sides: np.ndarray,
+    tolerance: float,
+    solution: np.ndarray,
+) -> int:
+    r"""Do the same as :func:`settle_projection` for any H, in the coordinates :math:`L^T x` that make it the identity.
+
+    Args:
+        hessian: H, positive definite, shape (v, v).
+        gradient: g, shape (v,).
+        rows: C, shape (r, v).
+        least: l, shape (r,).
+        most: u, shape (r,).
+        sides: Guess, as there, shape (r,); receives the last.
+        tolerance: Largest violation of a row.
+        solution: Receives the minimiser, shape (v,).
+
+    Returns:
+        How many sets were tried; minus that if none of them was the right one.
+    """
+    v, count = gradient.shape[0], rows.shape[0]
+    factor, free, spread, columns = np.empty((v, v)), np.empty(v), np.empty(v), np.empty((v, count))
+    if not _cholesky(hessian, factor):
+        return -1
+    _forward(factor, gradient, free)
+    if not sides.any():
+        # Most programs are free: their rows need no other coordinates.
+        spread[:] = free
+        _backward(factor, spread)
+        if holds(np.ascontiguousarray(rows.T), least, most, spread, tolerance):
+            solution[:] = -spread
+            return 1
+    for i in range(count):
+        _forward(factor, rows[i], spread)
+        columns[:, i] = spread
+    tried = settle_projection(free, columns, least, most, sides, tolerance, spread)
+    if tried > 0:
+        _backward(factor, spread)
+        solution[:] = spread
+    return tried
+
+
+@numba.njit(cache=True)
 def settle_projection(
     gradient: np.ndarray,
     columns: np.ndarray,
@@ -108,6 +156,8 @@ def settle_projection(
             is_right &= side == sides[i]
             sides[i] = side
         if is_right:
+            if not np.isfinite(opposite).all():
+                return -attempt
             for k in range(v):
                 solution[k] = -opposite[k]
             return attempt

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .active_set import holds, refine, refine_projection, settle_projection
+from .active_set import holds, refine, refine_projection, settle, settle_projection
 from .portable_proxqp import proxqp
 
 UNLIMITED = 1e20
@@ -25,15 +25,16 @@ class KeptSolver:
     the solver's own caps one contradictory tick took 0.8 s. A warm start that fails is tried once more from cold; after
     a failure the next program starts cold.
 
-    The solver's last digits depend on where its memory happens to lie (its vector instructions sum in another order).
-    What is kept of its answer is therefore the set of active rows, and the minimiser on them is computed here, the same
-    to the bit in every run.
+    It is asked only where the active rows of the last solution, or of a few corrections of them, are not those of this
+    one. What is kept of its answer is the set of active rows, and the minimiser on them is computed here: to the bit in
+    every run, and exact where the solver has a tolerance.
     Source: Bambade, El-Kazdadi, Taylor, Carpentier, ProxQP, Robotics: Science and Systems (2022).
 
     Attributes:
-        solves: Programs handed to the solver.
-        iterations: Inner iterations of all of them.
-        last_iterations: Inner iterations of the last one.
+        solves: Programs that were solved or tried.
+        asked: Those of them that were handed to the solver.
+        iterations: Corrections of the active rows and inner iterations of the solver, of all of them.
+        last_iterations: The same of the last one.
     """
 
     _hessian_type = proxqp.dense.HessianType.Dense
@@ -66,7 +67,21 @@ class KeptSolver:
         settings.initial_guess = proxqp.NO_INITIAL_GUESS
         self._warm = proxqp.WARM_START_WITH_PREVIOUS_RESULT if warm else proxqp.NO_INITIAL_GUESS
         self._tolerance, self._is_new = tolerance, True
-        self.solves = self.iterations = self.last_iterations = 0
+        self._sides = np.zeros(rows)
+        self.solves = self.asked = self.iterations = self.last_iterations = 0
+
+    def _guess(self) -> np.ndarray:
+        """Return the active rows to begin with: those of the last solution, or none from cold."""
+        if self._warm == proxqp.NO_INITIAL_GUESS:
+            self._sides[:] = 0.0
+        return self._sides
+
+    def _settled(self, tried: int) -> bool:
+        """Count a program and the sets that were tried, negative without success; return whether it is solved."""
+        self.solves += 1
+        self.last_iterations = abs(tried) - 1
+        self.iterations += self.last_iterations
+        return tried > 0
 
     def _attempt(
         self, hessian: np.ndarray, gradient: np.ndarray, rows: np.ndarray, least: np.ndarray, most: np.ndarray
@@ -79,14 +94,17 @@ class KeptSolver:
             self._is_new = False
         else:
             program.update(*data, update_preconditioner=False, mu_in=self._penalty)
-        self.solves += 1
+        self.asked += 1
+        before = self.last_iterations
         is_solved = self._run()
         if not is_solved and settings.initial_guess != proxqp.NO_INITIAL_GUESS:
             # The last tick's multipliers can lead astray where many rows change sides at once.
             settings.initial_guess = proxqp.NO_INITIAL_GUESS
             is_solved = self._run()
-        self.iterations += self.last_iterations
+        self.iterations += self.last_iterations - before
         settings.initial_guess = self._warm if is_solved else proxqp.NO_INITIAL_GUESS
+        multipliers = program.results.z
+        self._sides[:] = np.sign(multipliers) * (np.abs(multipliers) > self._tolerance) if is_solved else 0.0
         return np.array(program.results.x) if is_solved else None
 
     def _run(self) -> bool:
@@ -115,12 +133,13 @@ class QuadraticProgram(KeptSolver):
             least: l, shape (r,).
             most: u, shape (r,).
         """
-        self.last_iterations = 0
-        solution = self._attempt(hessian, gradient, rows, least, most)
-        if solution is not None:
-            multipliers = self._program.results.z
-            refine(hessian, gradient, rows, least, most, multipliers, self._tolerance, solution)
-        return solution
+        data, solution = (hessian, gradient, rows, least, most), np.empty_like(gradient)
+        if self._settled(settle(*data, self._guess(), self._tolerance, solution)):
+            return solution
+        answer = self._attempt(*data)
+        if answer is not None:
+            refine(*data, self._program.results.z, self._tolerance, answer)
+        return answer
 
 
 class ProjectionProgram(KeptSolver):
@@ -128,8 +147,7 @@ class ProjectionProgram(KeptSolver):
 
     .. math:: \min_x \tfrac12 x^T x + g^T x \quad \text{s.t.} \quad l \le C x \le u
 
-    Where -g violates no row it is the solution, and the solver is not asked; nor where the active rows of the last
-    solution, or of a few corrections of them, are those of this one. Sets that were tried count as iterations.
+    Where -g violates no row it is the solution, and nothing is tried.
     """
 
     _hessian_type = proxqp.dense.HessianType.Diagonal
@@ -141,7 +159,7 @@ class ProjectionProgram(KeptSolver):
     ) -> None:
         """Allocate; arguments as of :class:`KeptSolver`."""
         super().__init__(variables, rows, tolerance=tolerance, outer=outer, inner=inner, warm=warm)
-        self._identity, self._sides = np.eye(variables), np.zeros(rows)
+        self._identity = np.eye(variables)
 
     def solve(
         self, gradient: np.ndarray, columns: np.ndarray, least: np.ndarray, most: np.ndarray
@@ -154,23 +172,13 @@ class ProjectionProgram(KeptSolver):
             least: l, shape (r,).
             most: u, shape (r,).
         """
-        self.last_iterations = 0
         if holds(columns, least, most, gradient, 0.0):
-            self._sides[:] = 0.0
+            self.last_iterations, self._sides[:] = 0, 0.0
             return -gradient
-        solution = np.empty_like(gradient)
-        tried = settle_projection(gradient, columns, least, most, self._sides, self._tolerance, solution)
-        if tried > 0:
-            self.last_iterations = tried
-            self.iterations += tried
+        bounds, solution = (least, most), np.empty_like(gradient)
+        if self._settled(settle_projection(gradient, columns, *bounds, self._guess(), self._tolerance, solution)):
             return solution
-        answer = self._attempt(self._identity, gradient, columns.T, least, most)
-        self.last_iterations -= tried
-        self.iterations -= tried
-        if answer is None:
-            self._sides[:] = 0.0
-            return None
-        multipliers = self._program.results.z
-        np.sign(np.where(np.abs(multipliers) > self._tolerance, multipliers, 0.0), out=self._sides)
-        refine_projection(gradient, columns, least, most, multipliers, self._tolerance, answer)
+        answer = self._attempt(self._identity, gradient, columns.T, *bounds)
+        if answer is not None:
+            refine_projection(gradient, columns, *bounds, self._program.results.z, self._tolerance, answer)
         return answer

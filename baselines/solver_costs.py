@@ -156,6 +156,7 @@ def mpc_costs(robot: RobotModel, law: Mpc) -> OperationCosts:
     events = {
         "ticks": tick.operations,
         "mpc_solves": plan,
+        "qp_solves": OperationCounts(macs=rows * variables, comparisons=2 * rows, touched=rows * variables),
         "qp_iterations": program_iteration(variables, rows, is_projection=True),
     }
     # Torque rows, bounds, gradient, solution; the roll-out and the running plan; a Hessian where it changes.

@@ -184,7 +184,7 @@ def binding(case: Case) -> np.ndarray:
 
     def watched(state: np.ndarray, now: float) -> np.ndarray:
         plan = step(state, now)
-        asked.append(problem.program.iterations)
+        asked.append(problem.program.solves)
         return plan
 
     follow(watched, case)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from torquebench.baselines import presets
 from torquebench.baselines import whole_body_presets as qp
+from torquebench.baselines.active_set import ATTEMPTS
 from torquebench.baselines.gains import double_integrator_gains
 from torquebench.baselines.whole_body_qp import WholeBodyQp
 from torquebench.baselines.whole_body_qp_strict import WholeBodyQpStrict
@@ -287,21 +288,25 @@ def test_contradictory_limits_fall_back_to_the_clipped_law_and_are_counted(bench
 
 
 def test_a_tick_beyond_the_iteration_cap_falls_back_to_the_clipped_law_and_is_counted(bench):
-    """Neither a wrong torque nor a late one; the next easy tick is solved."""
+    """Neither a wrong torque nor a late one, where no guess of the active rows was right; the next tick is solved."""
     arm = bench(sway=0.2)
     arm.told_effort = np.full(7, 60.0)
     law = started(qp.whole_body_qp_force(outer_iterations=1, inner_iterations=1), arm)
     impedance = presets.flexiv_full_ff()
     impedance.reset(arm.task())
-    ((observation, target),) = states(arm, 1)
+    for observation, target in states(arm, 200):
+        torque = law.compute(observation, target)
+        if law.fallbacks:
+            break
     expected = np.clip(impedance.compute(observation, target), -60.0, 60.0)
-    assert law.compute(observation, target) == pytest.approx(expected, abs=1e-9)
+    assert torque == pytest.approx(expected, abs=1e-9)
     assert law.operations()["qp_fallbacks"] == 1
     (iterations, period) = law.diagnostics()["iterations"]
-    assert period == 1 and 1 <= iterations[0] <= 3
+    assert period == 1 and 1 <= iterations[0] <= ATTEMPTS + 2
+    solved = law.operations()["qp_solves"]
     q, dq, _ = arm.plan.joints(0.0)
     law.compute(arm.observe(0.0, q, dq, np.clip(arm.plant.gravity(q), -60.0, 60.0)), arm.plan.target(0.0))
-    assert law.operations()["qp_solves"] == 2
+    assert (law.operations()["qp_solves"], law.operations()["qp_fallbacks"]) == (solved + 1, 1)
 
 
 @pytest.mark.parametrize("name", NAMES)
