@@ -10,7 +10,7 @@ from .intervals import SMALLEST_BOOTSTRAP
 from .metrics import METRICS, Metric
 from .rows import Cell, RunRow, find_metric, read, runs_by_key
 
-MULTIPLES = np.geomspace(1e-3, 10.0, 161)
+MULTIPLES = np.geomspace(1e-3, 10.0, 81)
 """Multiples of the reference's error at which a profile is read: the most precise laws are hundreds of times below."""
 
 

@@ -130,7 +130,7 @@ def test_a_ghost_adds_its_arm_and_its_curves(drilled):
 def test_a_header_sorts_and_an_open_run_stays_below_its_row(drilled):
     """Numbers as numbers, in both directions."""
     column = "[...row.closest('table').tHead.rows[0].cells].find((cell) => cell.textContent.startsWith('Repetition'))"
-    values = "[...row.parentNode.rows].filter((r) => r.dataset.run).map((r) => Number(r.cells[3].dataset.v))"
+    values = "[...row.parentNode.rows].filter((r) => r.dataset.run).map((r) => Number(r.cells[3].textContent))"
     for word in ("ascending", "descending"):
         drilled.run(f"{column}.querySelector('button').click()")
         assert drilled.run(f"{column}.getAttribute('aria-sort')") == word

@@ -4,7 +4,10 @@
   const LONG = 12;
   const key = (row, column) => {
     const cell = row.cells[column];
-    return cell.dataset.v === undefined ? cell.textContent.trim() : Number(cell.dataset.v);
+    const text = cell.dataset.v ?? cell.textContent.trim();
+    // A number that reads as it is has no value beside its text.
+    const plain = cell.dataset.v !== undefined || (cell.classList.contains("n") && text !== "" && isFinite(text));
+    return plain ? Number(text) : text;
   };
   const order = (a, b) => {
     if (typeof a === "number" && typeof b === "number") return a - b;
