@@ -98,19 +98,27 @@ def adaptation_values(grid: Grid, base: str) -> dict[str, float]:
     return {name: METRICS[name].value_of(given).value for name, given in fields.items()}
 
 
-def grid_of(rows: Sequence[RunRow], controller: str, base: str) -> Grid | str:
-    """Return the grid of a controller over the cells of all, or why it has none.
+def grids_of(rows: Sequence[RunRow], controllers: Sequence[str], base: str) -> dict[str, Grid | str]:
+    """Return the grid of each controller over the cells of all, or why it has none.
 
     Args:
         rows: Runs of all controllers, one content.
-        controller: Its label.
+        controllers: Their labels.
         base: Id of the metric.
     """
     groups = {row.trajectory: row.group for row in sorted(rows, key=lambda row: counting(row.trajectory))}
     loads = tuple(sorted({(row.mass, row.material) for row in rows}))
+    own: dict[str, list[RunRow]] = {}
+    for row in rows:
+        own.setdefault(row.controller, []).append(row)
+    return {label: _grid(own.get(label, ()), groups, loads, base) for label in controllers}
+
+
+def _grid(rows: Sequence[RunRow], groups: Mapping[str, str], loads: tuple[Load, ...], base: str) -> Grid | str:
+    """Return the grid of one controller, or why it has none."""
     cells: dict[tuple[str, Load], list[float]] = {}
     for row in rows:
-        if row.controller == controller and row.status != "refused":
+        if row.status != "refused":
             found = read(row, METRICS[base], WINDOW)
             if found.status == "failed":
                 return "a run failed"

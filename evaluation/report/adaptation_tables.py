@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ..metrics import METRICS
 from ..rows import RunRow
-from .adaptation import ENDINGS, Grid, adaptation_values, compared_rows, grid_of
+from .adaptation import ENDINGS, Grid, adaptation_values, compared_rows, grids_of
 from .cells import controller_cells, controller_column
 from .findings import HEADLINES, Findings
 from .numbers import capitalised, unit_on_page
@@ -24,7 +24,7 @@ def adaptation_tables(findings: Findings) -> list[Table]:
 
 
 def _table(findings: Findings, rows: Sequence[RunRow], base: str) -> Table:
-    grids = {label: grid_of(rows, label, base) for label in findings.order}
+    grids = grids_of(rows, findings.order, base)
     values = {label: {} if isinstance(grid, str) else adaptation_values(grid, base) for label, grid in grids.items()}
     names = list(dict.fromkeys(name for found in values.values() for name in found))
     columns, cells = [controller_column()], [controller_cells(findings)]

@@ -11,7 +11,7 @@ from ..comparison import Comparison
 from ..intervals import Interval
 from ..metrics import METRICS
 from ..summary import Summary
-from .adaptation import adaptation_values, compared_rows, grid_of
+from .adaptation import adaptation_values, compared_rows, grids_of
 from .claims import ClaimsPanel, claim_figures
 from .draws import drawn_by
 from .fairness import ledger_of
@@ -174,7 +174,7 @@ def _world(found: Findings) -> dict[str, object]:
 def _adaptation(found: Findings) -> dict[str, dict[str, object]]:
     """Return base metric to controller to the metrics of its grid, or why it has none; empty without a grid."""
     rows = compared_rows(found.world.rows)
-    grids = {metric: {label: grid_of(rows, label, metric) for label in found.order} for metric in HEADLINES if rows}
+    grids = {metric: grids_of(rows, found.order, metric) for metric in HEADLINES if rows}
     return {
         metric: {
             label: grid if isinstance(grid, str) else adaptation_values(grid, metric) for label, grid in listed.items()

@@ -7,7 +7,7 @@ from ..metrics import METRICS
 from ..motion_sets import FURTHER, PAPER, TITLES, rows_in
 from ..rows import RunRow
 from ..summary import Summary, summary
-from .adaptation import grid_of
+from .adaptation import Grid, grids_of
 from .cells import controller_cells, controller_column, verdict_cell, why_none
 from .findings import WINDOW, Findings
 from .numbers import capitalised, ratio_text, unit_on_page
@@ -45,7 +45,7 @@ def motion_set_table(findings: Findings, metric: str) -> Table:
             [_family(comparisons.get(label)) for label in findings.order],
         ]
     columns.append(Column(f"{TITLES[FURTHER]} over {TITLES[PAPER]}", note=GAP_NOTE))
-    cells.append([_gap(rows, label, metric) for label in findings.order])
+    cells.append(_gaps(rows, findings.order, metric))
     return Table(
         id=f"{findings.world.id}-motion-sets-{SUBJECTS[metric]}",
         caption=f"Mean {SUBJECTS[metric]} error by set of motions, run window",
@@ -55,15 +55,19 @@ def motion_set_table(findings: Findings, metric: str) -> Table:
     )
 
 
-def _gap(rows: Sequence[RunRow], label: str, metric: str) -> Cell:
-    """Return how much larger the error is on the new motions, over the loads that those ran with."""
+def _gaps(rows: Sequence[RunRow], labels: Sequence[str], metric: str) -> list[Cell]:
+    """Return how much larger each controller's error is on the new motions, over the loads that those ran with."""
     new = rows_in(rows, FURTHER)
     loads = {(row.mass, row.material) for row in new}
     old = [row for row in rows_in(rows, PAPER) if (row.mass, row.material) in loads]
-    trained, tried = grid_of(old, label, metric), grid_of(new, label, metric)
-    if isinstance(trained, str) or isinstance(tried, str):
-        return word_cell(tried if isinstance(tried, str) else str(trained))
-    value = METRICS["heldout_gap"].value_of({"new": tried.errors, "trained": trained.errors}).value
+    trained, tried = grids_of(old, labels, metric), grids_of(new, labels, metric)
+    return [_gap(tried[label], trained[label]) for label in labels]
+
+
+def _gap(new: Grid | str, old: Grid | str) -> Cell:
+    if isinstance(new, str) or isinstance(old, str):
+        return word_cell(new if isinstance(new, str) else str(old))
+    value = METRICS["heldout_gap"].value_of({"new": new.errors, "trained": old.errors}).value
     return Cell(ratio_text(value), value)
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from torquebench.evaluation.metrics import METRICS
-from torquebench.evaluation.report.adaptation import adaptation_values, compared_rows, grid_of
+from torquebench.evaluation.report.adaptation import adaptation_values, compared_rows, grids_of
 from torquebench.evaluation.report.numbers import capitalised
 from torquebench.evaluation.rows import RunRow
 
@@ -36,9 +36,8 @@ def whole(error, controller="a / none", materials=("sand",), repetitions=1):
 def test_a_grid_of_known_slopes_and_speeds_gives_them_back():
     """2 mm a kilogram, twice the error at twice the speed: what was put in comes out."""
     errors = {"T3": 0.010, "T6": 0.020, "T4": 0.009, "T5": 0.012}
-    found = adaptation_values(
-        grid_of(whole(lambda motion, mass: errors.get(motion, 0.01) + 0.002 * (mass - 2.5)), "a / none", BASE), BASE
-    )
+    rows = whole(lambda motion, mass: errors.get(motion, 0.01) + 0.002 * (mass - 2.5))
+    found = adaptation_values(grids_of(rows, ["a / none"], BASE)["a / none"], BASE)
     assert found["mass_slope_position"] == pytest.approx(0.002)
     assert found["speed_exponent"] == pytest.approx(1.0)
     assert found["shape_range_position"] == pytest.approx(0.5 * (0.003 + 0.010))
@@ -49,7 +48,7 @@ def test_a_grid_of_known_slopes_and_speeds_gives_them_back():
 
 def test_repetitions_enter_the_means_and_have_a_range_of_their_own():
     """A repetition a tenth larger: cells are means over both, and the range is a tenth of the first."""
-    grid = grid_of(whole(lambda motion, mass: 0.01, repetitions=2), "a / none", BASE)
+    grid = grids_of(whole(lambda motion, mass: 0.01, repetitions=2), ["a / none"], BASE)["a / none"]
     assert np.allclose(grid.errors, 0.0105)
     assert adaptation_values(grid, BASE)["repeat_range_position"] == pytest.approx(0.001)
 
@@ -58,9 +57,9 @@ def test_a_grid_with_a_hole_or_a_failure_has_no_numbers():
     """A range over part of a grid is smaller than one over all of it: the lazy would adapt best."""
     rows = whole(lambda motion, mass: 0.01)
     other = [replace(found, controller="b / none") for found in rows]
-    assert grid_of([*rows, *other[1:]], "b / none", BASE) == "grid with gaps"
+    assert grids_of([*rows, *other[1:]], ["b / none"], BASE)["b / none"] == "grid with gaps"
     failed = [row(0.0, "T1", 1.5, controller="b / none", status="failed"), *other[1:]]
-    assert grid_of([*rows, *failed], "b / none", BASE) == "a run failed"
+    assert grids_of([*rows, *failed], ["b / none"], BASE)["b / none"] == "a run failed"
 
 
 def test_one_content_and_the_paper_s_motions_are_compared():
