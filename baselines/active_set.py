@@ -1,4 +1,4 @@
-"""The minimiser of a quadratic program once its active rows are known: the same to the bit in each run."""
+"""The minimiser of a quadratic program from its active rows, known or guessed: the same to the bit in each run."""
 
 import numba
 import numpy as np

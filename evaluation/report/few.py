@@ -18,7 +18,7 @@ def few(findings: Findings, able: Sequence[str], most: int) -> tuple[list[str], 
     """
     if len(able) <= most:
         return list(able), ""
-    names = {run.row.controller: run.stored.specification.controller for run in findings.world.runs}
-    spiking = [label for label in able[most:] if names[label] == SPIKING][:1]
+    controllers = {label: findings.runs_of(label)[0].stored.specification.controller for label in able[most:]}
+    spiking = [label for label, controller in controllers.items() if controller == SPIKING][:1]
     first = list(able[: most - len(spiking)])
     return [*first, *spiking], f": the first {len(first)} of {len(able)}{''.join(f' and {name}' for name in spiking)}"
